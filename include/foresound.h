@@ -10,17 +10,23 @@
  * wait and never allocate.
  *
  * Units. Metres, seconds, Hz, linear gain; right-handed coordinates, +y up. An audio frame is one sample a channel; a
- * graphics frame is the app's tick. Sources and instances have 32-bit ids.
+ * graphics frame is the app's tick. Sources and instances have 32-bit ids, never 0.
  *
  * Pointers. A pointer is the address of a variable of its type, or of an array with the length of the parameter after it.
  * It need not be valid after the call. Texts are UTF-8 with a terminating zero. Null is an error (FORESOUND_STATUS_NULL)
  * except for an array of length 0 and where the function's description allows it.
  *
- * Errors. Functions return a ForesoundStatus; foresound_last_error has the message. After a failure, results are 0 (handles,
- * counts) or UINT32_MAX (ids).
+ * Errors. Functions return a ForesoundStatus; foresound_last_error has the message. After a failure, results are 0, which is
+ * no handle and no id.
  *
- * Options. Structures begin with their size: fill them with the defaults (foresound_..._default), then change fields. A
- * newer library uses the defaults for fields that an older caller's header lacks.
+ * Structures. A structure begins with its size in this header; the library reads and writes no more than that:
+ *
+ *     ForesoundOptions options = FORESOUND_OPTIONS_INIT;
+ *
+ * The initialiser has the size and this header's defaults; foresound_..._default has the library's, for languages without
+ * macros: set `size` before. A newer library uses its defaults for fields that an older caller's header lacks; an older
+ * library ignores a newer caller's further fields, and sets them to 0 where it writes. Elements of arrays (ForesoundPose,
+ * ForesoundShownPath) have no size; functions take it beside the array: pass sizeof. stability.md says what may change.
  */
 
 #ifndef FORESOUND_H
@@ -29,8 +35,41 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* The version of this header; compare with foresound_version. */
-#define FORESOUND_API_VERSION 0x00020000u
+/* The version of this header, for foresound_engine_create. */
+#define FORESOUND_API_VERSION 0x00030000u
+
+/* Exported from the shared library. Define FORESOUND_STATIC before this header if the library is linked statically. */
+#ifndef FORESOUND_API
+#if defined(_WIN32) && !defined(FORESOUND_STATIC)
+#define FORESOUND_API __declspec(dllimport)
+#elif defined(__GNUC__)
+#define FORESOUND_API __attribute__((visibility("default")))
+#else
+#define FORESOUND_API
+#endif
+#endif
+
+/* Initial values of structures: their size and this header's defaults. */
+#define FORESOUND_OPTIONS_INIT {sizeof(ForesoundOptions), 44100u, 256u, 16u, 0u, 1024u, 256u, 2048u, 1024u, 128u, \
+    4u, 2u, 1u, FORESOUND_SCHEDULE_ASYNCHRONOUS, 2u, FORESOUND_PREDICTOR_LINEAR, 1u, FORESOUND_AFFINITY_SYSTEM, 0u, \
+    0u, FORESOUND_HRTF_SET, 1u, 1u, 3u, 0u, 1024u, 0.3f, -0.3f, 0.0, 1.0}
+#define FORESOUND_SOURCE_OPTIONS_INIT {sizeof(ForesoundSourceOptions), 31u, 0.0f, 1.0f, {0.0f, 0.0f, 0.0f, 0.0f, \
+    0.0f, 0.0f, 0.0f, 0.0f}}
+#define FORESOUND_PROPAGATION_OPTIONS_INIT {sizeof(ForesoundPropagationOptions), 1024u, 128u, 4u, 2u}
+#define FORESOUND_SCENE_OPTIONS_INIT {sizeof(ForesoundSceneOptions), FORESOUND_UP_AXIS_Y, 1.0f, 20.0f, 50.0f, \
+    101.325f, 0.5f, 40.0f, 4194304u}
+#define FORESOUND_BUDGET_OPTIONS_INIT {sizeof(ForesoundBudgetOptions), 0u, 0u, 0u, 0.0, 0.0}
+#define FORESOUND_SCENE_INFO_INIT {sizeof(ForesoundSceneInfo), 0u, 0u, 0u, 0u, 0u, 0.0, {0.0f, 0.0f, 0.0f}, {0.0f, \
+    0.0f, 0.0f}}
+#define FORESOUND_ENGINE_STATISTICS_INIT {sizeof(ForesoundEngineStatistics), FORESOUND_ENGINE_STATE_RUNNING, 0u, \
+    0u, 0u, 0u, 0, 0, {0u, 0.0, 0.0, 0.0, 0.0}, {0u, 0.0, 0.0, 0.0, 0.0}, {0u, 0.0, 0.0, 0.0, 0.0}, {0u, 0.0, 0.0, \
+    0.0, 0.0}, 0u, 0u, 0u, 0u, 0u, 0u, 0.0, 0.0, 0u, 0u}
+#define FORESOUND_ENGINE_HEALTH_INIT {sizeof(ForesoundEngineHealth), FORESOUND_ENGINE_STATE_RUNNING, 0u, 0u, \
+    FORESOUND_THERMAL_STATUS_NONE, 0.0f, 0u, 0u, 0u, 0.0, 0.0, 0.0}
+#define FORESOUND_RENDER_INFO_INIT {sizeof(ForesoundRenderInfo), 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u}
+#define FORESOUND_OUTPUT_INFO_INIT {sizeof(ForesoundOutputInfo), 0u, 0u, 0u, 0u, 0u, 0u, \
+    FORESOUND_DEVICE_API_OTHER, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u}
+
 
 // Result of every call.
 enum ForesoundStatus
@@ -64,6 +103,10 @@ enum ForesoundStatus
   FORESOUND_STATUS_PANIC = 11,
   // The instance was removed or never added.
   FORESOUND_STATUS_STALE_INSTANCE = 12,
+  // The caller's header is of another major version than the library.
+  FORESOUND_STATUS_VERSION = 13,
+  // The call was cancelled.
+  FORESOUND_STATUS_CANCELLED = 14,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -73,16 +116,289 @@ typedef int32_t ForesoundStatus;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// Settings of an engine. Fill it with the defaults, then change fields.
+// When propagation runs.
+enum ForesoundSchedule
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // Continuously, on a thread of its own.
+  FORESOUND_SCHEDULE_ASYNCHRONOUS = 0,
+  // Within every tick.
+  FORESOUND_SCHEDULE_SYNCHRONOUS = 1,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum ForesoundSchedule ForesoundSchedule;
+#else
+typedef uint32_t ForesoundSchedule;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// Extrapolation of paths between updates.
+enum ForesoundPredictor
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // Paths stay as the update had them.
+  FORESOUND_PREDICTOR_HOLD = 0,
+  // Delays and amplitudes go on along lines.
+  FORESOUND_PREDICTOR_LINEAR = 1,
+  // Paths are computed anew for the poses of each graphics frame.
+  FORESOUND_PREDICTOR_GEOMETRIC = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum ForesoundPredictor ForesoundPredictor;
+#else
+typedef uint32_t ForesoundPredictor;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// Cores of an engine's threads.
+enum ForesoundAffinity
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // The system chooses.
+  FORESOUND_AFFINITY_SYSTEM = 0,
+  // The two fastest.
+  FORESOUND_AFFINITY_FASTEST = 1,
+  // Those that the options name.
+  FORESOUND_AFFINITY_CHOSEN = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum ForesoundAffinity ForesoundAffinity;
+#else
+typedef uint32_t ForesoundAffinity;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// What turns paths into two ears.
+enum ForesoundHrtf
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // The HRTF set passed at creation, else the built-in one.
+  FORESOUND_HRTF_SET = 0,
+  // None: both ears receive the same signal.
+  FORESOUND_HRTF_NONE = 1,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum ForesoundHrtf ForesoundHrtf;
+#else
+typedef uint32_t ForesoundHrtf;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// State of an engine.
+enum ForesoundEngineState
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // Running.
+  FORESOUND_ENGINE_STATE_RUNNING = 0,
+  // Paused.
+  FORESOUND_ENGINE_STATE_PAUSED = 1,
+  // Propagation failed; sound continues with the last paths. Call foresound_engine_restart.
+  FORESOUND_ENGINE_STATE_PROPAGATION_FAILED = 2,
+  // The renderer was closed. Create another engine.
+  FORESOUND_ENGINE_STATE_RENDERER_GONE = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum ForesoundEngineState ForesoundEngineState;
+#else
+typedef uint32_t ForesoundEngineState;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// The system's thermal status.
+enum ForesoundThermalStatus
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // Unknown.
+  FORESOUND_THERMAL_STATUS_UNKNOWN = -1,
+  // No throttling.
+  FORESOUND_THERMAL_STATUS_NONE = 0,
+  // Light.
+  FORESOUND_THERMAL_STATUS_LIGHT = 1,
+  // Moderate.
+  FORESOUND_THERMAL_STATUS_MODERATE = 2,
+  // Severe.
+  FORESOUND_THERMAL_STATUS_SEVERE = 3,
+  // Critical.
+  FORESOUND_THERMAL_STATUS_CRITICAL = 4,
+  // Emergency.
+  FORESOUND_THERMAL_STATUS_EMERGENCY = 5,
+  // Shutdown.
+  FORESOUND_THERMAL_STATUS_SHUTDOWN = 6,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum ForesoundThermalStatus ForesoundThermalStatus;
+#else
+typedef int32_t ForesoundThermalStatus;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// Upward axis of a file.
+enum ForesoundUpAxis
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // +y.
+  FORESOUND_UP_AXIS_Y = 0,
+  // +z.
+  FORESOUND_UP_AXIS_Z = 1,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum ForesoundUpAxis ForesoundUpAxis;
+#else
+typedef uint32_t ForesoundUpAxis;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// System library of a sound device.
+enum ForesoundDeviceApi
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // Another, or none.
+  FORESOUND_DEVICE_API_OTHER = 0,
+  // AAudio.
+  FORESOUND_DEVICE_API_AAUDIO = 1,
+  // OpenSL ES.
+  FORESOUND_DEVICE_API_OPENSL_ES = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum ForesoundDeviceApi ForesoundDeviceApi;
+#else
+typedef uint32_t ForesoundDeviceApi;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// Gravity of a message; as a limit, the least grave messages that are passed on.
+enum ForesoundLogLevel
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // No message.
+  FORESOUND_LOG_LEVEL_OFF = 0,
+  // Something failed.
+  FORESOUND_LOG_LEVEL_ERROR = 1,
+  // Something is worse than it could be.
+  FORESOUND_LOG_LEVEL_WARN = 2,
+  // What was chosen and found.
+  FORESOUND_LOG_LEVEL_INFO = 3,
+  // Details.
+  FORESOUND_LOG_LEVEL_DEBUG = 4,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum ForesoundLogLevel ForesoundLogLevel;
+#else
+typedef uint32_t ForesoundLogLevel;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// Parts of a source's sound, bits to be added.
+enum ForesoundEffect
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // No sound.
+  FORESOUND_EFFECT_NONE = 0,
+  // The direct path.
+  FORESOUND_EFFECT_DIRECT = 1,
+  // Reflections.
+  FORESOUND_EFFECT_REFLECTIONS = 2,
+  // Diffraction.
+  FORESOUND_EFFECT_DIFFRACTION = 4,
+  // Transmission through walls.
+  FORESOUND_EFFECT_TRANSMISSION = 8,
+  // Late reverb.
+  FORESOUND_EFFECT_LATE_REVERB = 16,
+  // All of them.
+  FORESOUND_EFFECT_ALL = 31,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum ForesoundEffect ForesoundEffect;
+#else
+typedef uint32_t ForesoundEffect;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// Exchange with a phone's system, bits to be added.
+enum ForesoundDeviceHint
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // None.
+  FORESOUND_DEVICE_HINT_NONE = 0,
+  // Heat lowers the quality level.
+  FORESOUND_DEVICE_HINT_THERMAL = 1,
+  // Threads report their durations to the system.
+  FORESOUND_DEVICE_HINT_PERFORMANCE = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum ForesoundDeviceHint ForesoundDeviceHint;
+#else
+typedef uint32_t ForesoundDeviceHint;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// Threads with a performance hint session, bits that are added.
+enum ForesoundHintedThread
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // None.
+  FORESOUND_HINTED_THREAD_NONE = 0,
+  // The propagation thread.
+  FORESOUND_HINTED_THREAD_PROPAGATION = 1,
+  // The audio thread.
+  FORESOUND_HINTED_THREAD_AUDIO = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum ForesoundHintedThread ForesoundHintedThread;
+#else
+typedef uint32_t ForesoundHintedThread;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// Settings of an engine. Begin with FORESOUND_OPTIONS_INIT or foresound_options_default, then change fields.
 typedef struct ForesoundOptions {
-  // Bytes of this structure in the caller's version of the header: fields beyond keep their defaults.
+  // Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
   uint32_t size;
   // Sample rate in Hz: 44,100 or 48,000 with the built-in HRTF set.
   uint32_t rate_hz;
   // Audio frames a block, 32 to 4,096.
   uint32_t block_frames;
-  // Maximum number of sources, 1 to 256.
+  // Maximum number of sources, 1 to 4,096.
   uint32_t max_sources;
+  // Sources with a slot of their own, 1 to 256; 0: as many as `max_sources`, at most 256. Beyond it neighbours share a
+  // slot and masked sources are silent. Cost and memory grow with slots.
+  uint32_t source_slots;
   // Maximum number of paths rendered at once, 1 to 16,384.
   uint32_t max_voices;
   // The loudest of them are rendered in full detail: their number.
@@ -95,24 +411,37 @@ typedef struct ForesoundOptions {
   uint32_t source_rays;
   // Maximum reflection order, 0 to 4.
   uint32_t depth;
+  // Maximum number of edges that a path is diffracted at, 0 to 2.
+  uint32_t diffraction_order;
   // Seed of the ray directions.
   uint32_t seed;
-  // 0: propagation on its own thread; 1: within every tick.
-  uint32_t schedule;
-  // Extrapolation of paths between updates: 0 hold, 1 linear, 2 geometric.
-  uint32_t predictor;
-  // Cores: 0 chosen by the system, 1 the two fastest, 2 those of the next two fields.
-  uint32_t affinity;
-  // Core of the propagation thread, if `affinity` is 2.
+  // When propagation runs.
+  ForesoundSchedule schedule;
+  // Threads of an update in the synchronous schedule, the calling one included, 1 to 64.
+  uint32_t tracing_threads;
+  // Extrapolation of paths between updates.
+  ForesoundPredictor predictor;
+  // 1: the work of a graphics frame is spread over the blocks until the next one; 0: the first block does all of it.
+  uint32_t even_blocks;
+  // Cores of the engine's threads.
+  ForesoundAffinity affinity;
+  // Core of the propagation thread, if `affinity` is FORESOUND_AFFINITY_CHOSEN.
   uint32_t propagation_core;
-  // Core of the audio thread, if `affinity` is 2.
-  uint32_t sound_core;
-  // 0: the HRTF set passed at creation, else the built-in one; 1: none, both ears receive the same signal.
-  uint32_t hrtf;
+  // Core of the audio thread, if `affinity` is FORESOUND_AFFINITY_CHOSEN.
+  uint32_t audio_core;
+  // What turns paths into two ears.
+  ForesoundHrtf hrtf;
   // 1: with late reverb; 0: without.
   uint32_t late_reverb;
   // 1: with limiter; 0: without.
   uint32_t limiter;
+  // Exchange with a phone's system, a sum of ForesoundDeviceHint. Without effect where the system lacks the functions.
+  uint32_t device_hints;
+  // Maximum number of paths that foresound_engine_paths returns, 0 to 16,384.
+  uint32_t shown_paths;
+  // Maximum memory of the engine in MiB, without scenes and sounds; an engine of more is refused. Most of it is
+  // 32 bytes x `rate_hz` x `max_delay_s` a slot.
+  uint32_t max_memory_mib;
   // Distance in metres below which a source gets no louder.
   float min_distance_m;
   // Ceiling of the limiter in dB re full scale, -60 to 0.
@@ -121,17 +450,24 @@ typedef struct ForesoundOptions {
   double frame_s;
   // Maximum path delay in seconds, 0.01 to 10.
   double max_delay_s;
-  // Exchange with a phone's system, a sum of bits: 1 heat lowers the quality level, 2 performance hints. Without
-  // effect where the system lacks the functions.
-  uint32_t device_hints;
-  // Maximum number of paths that foresound_engine_paths returns, 0 to 16,384.
-  uint32_t shown_paths;
-  // Maximum memory of the engine in MiB, without scenes and sounds; an engine of more is refused. Most of it is
-  // 32 bytes x `rate_hz` x `max_delay_s` for each of `max_sources`.
-  uint32_t max_memory_mib;
 } ForesoundOptions;
 
-// Percentiles of durations in seconds; zeros without a measurement.
+// Rays and orders of propagation. Begin with FORESOUND_PROPAGATION_OPTIONS_INIT or
+// foresound_propagation_options_default, then change fields.
+typedef struct ForesoundPropagationOptions {
+  // Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
+  uint32_t size;
+  // Rays from the listener an update, 1 to 65,536.
+  uint32_t guide_rays;
+  // Rays from each source an update, 1 to 65,536.
+  uint32_t source_rays;
+  // Maximum reflection order, 0 to 4.
+  uint32_t depth;
+  // Maximum number of edges that a path is diffracted at, 0 to 2.
+  uint32_t diffraction_order;
+} ForesoundPropagationOptions;
+
+// Percentiles of durations in seconds; zeros without a measurement. Part of other structures: never changes.
 typedef struct ForesoundPercentiles {
   // Number of measurements.
   uint64_t count;
@@ -147,14 +483,22 @@ typedef struct ForesoundPercentiles {
 
 // Statistics of an engine. Counts are since its creation.
 typedef struct ForesoundEngineStatistics {
-  // 0 running, 1 paused, 2 propagation failed (restart), 3 the renderer was closed (create another engine).
-  uint32_t state;
+  // Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
+  uint32_t size;
+  // State of the engine.
+  ForesoundEngineState state;
   // Extrapolation level L in use.
   uint32_t extrapolation_level;
   // Paths in the update in use.
   uint32_t paths;
   // Number of sources.
   uint32_t sources;
+  // Quality level in use, 0 full detail to 5 the coarsest.
+  uint32_t quality_level;
+  // Real-time priority of the audio thread; 0 outside that class.
+  int32_t audio_priority;
+  // Niceness of the audio thread, -20 to 19.
+  int32_t audio_nice;
   // Durations of propagation updates.
   struct ForesoundPercentiles propagation;
   // Durations of extrapolation a graphics frame.
@@ -182,21 +526,19 @@ typedef struct ForesoundEngineStatistics {
   // Cores allowed for the propagation thread, a bit each.
   uint64_t propagation_cores;
   // Cores allowed for the audio thread, a bit each.
-  uint64_t sound_cores;
-  // Real-time priority of the audio thread; 0 outside that class.
-  int32_t sound_priority;
-  // Niceness of the audio thread, -20 to 19.
-  int32_t sound_nice;
+  uint64_t audio_cores;
 } ForesoundEngineStatistics;
 
-// Budget of an engine. Fill it with the defaults, then change fields.
+// Budget of an engine. Begin with FORESOUND_BUDGET_OPTIONS_INIT or foresound_budget_options_default, then change fields.
 typedef struct ForesoundBudgetOptions {
-  // Bytes of this structure in the caller's version of the header: fields beyond keep their defaults.
+  // Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
   uint32_t size;
   // Finest quality level in use: 0 full detail to 5 the coarsest.
   uint32_t quality_level;
   // 1: that level exactly, regardless of load and temperature; else 0.
   uint32_t fixed;
+  // 0.
+  uint32_t reserved;
   // Maximum duration of a propagation update in seconds, 0.0001 to 10; 0: no limit.
   double update_s;
   // Maximum share of one core for propagation and sound together, 0.05 to 2; 0: no limit.
@@ -205,23 +547,24 @@ typedef struct ForesoundBudgetOptions {
 
 // Load of an engine and temperature of the phone.
 typedef struct ForesoundEngineHealth {
-  // 0 running, 1 paused, 2 propagation failed (restart), 3 the renderer was closed (create another engine).
-  uint32_t state;
+  // Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
+  uint32_t size;
+  // State of the engine.
+  ForesoundEngineState state;
   // Quality level in use, 0 full detail to 5 the coarsest.
   uint32_t quality_level;
   // Finest quality level allowed by the temperature; 0 if unknown.
   uint32_t thermal_quality_level;
-  // The system's thermal status: 0 none, 1 light, 2 moderate, 3 severe, 4 critical, 5 emergency, 6 shutdown; -1 if
-  // unknown.
-  int32_t thermal_status;
+  // The system's thermal status.
+  ForesoundThermalStatus thermal_status;
   // The system's thermal headroom: 1 is severe throttling; -1 if unknown.
   float thermal_headroom;
-  // Threads with a performance hint session, a sum of bits: 1 propagation, 2 sound.
+  // Threads with a performance hint session, a sum of ForesoundHintedThread.
   uint32_t hinted;
   // Sources that louder ones mask, if there are more sources than slots.
   uint32_t unheard_sources;
   // Rays cast by the newest update.
-  uint32_t rays;
+  uint64_t rays;
   // Share of one core used by sound.
   double sound_share;
   // Duration of the newest update in seconds.
@@ -231,6 +574,8 @@ typedef struct ForesoundEngineHealth {
 } ForesoundEngineHealth;
 
 // Position and orientation of a listener, a source or an instance.
+//
+// An element of an array, whose element size the functions take: a newer pose is longer.
 //
 // Metres, right-handed, +y up. The orientation rotates local coordinates (+x right, +y up, -z ahead) into the world's: a
 // quaternion x, y, z, w of length 1.
@@ -243,12 +588,12 @@ typedef struct ForesoundPose {
   float orientation[4];
 } ForesoundPose;
 
-// Settings of a scene. Fill it with the defaults, then change fields.
+// Settings of a scene. Begin with FORESOUND_SCENE_OPTIONS_INIT or foresound_scene_options_default, then change fields.
 typedef struct ForesoundSceneOptions {
-  // Bytes of this structure in the caller's version of the header: fields beyond keep their defaults.
+  // Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
   uint32_t size;
-  // Up axis of a file: 0 for +y, 1 for +z.
-  uint32_t up;
+  // Upward axis of a file.
+  ForesoundUpAxis up;
   // Metres a unit of a file, above zero.
   float scale;
   // Air temperature in degrees Celsius.
@@ -257,18 +602,26 @@ typedef struct ForesoundSceneOptions {
   float humidity_percent;
   // Static pressure in kPa.
   float pressure_kpa;
+  // Least area in m² of a connected plane panel that reflects like a mirror; smaller ones block and scatter.
+  float min_panel_m2;
+  // Largest area in m² of a panel whose free edges limit its reflection; 0: none.
+  float max_finite_panel_m2;
+  // Maximum number of triangles; a mesh with more is refused.
+  uint32_t max_triangles;
 } ForesoundSceneOptions;
 
 // Properties of a scene.
 typedef struct ForesoundSceneInfo {
+  // Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
+  uint32_t size;
+  // Materials that no table defines; they have the default's properties.
+  uint32_t unknown_materials;
   // Triangles of the mesh.
   uint64_t triangles_in;
   // Triangles kept: finite, with an area.
   uint64_t triangles;
   // Plane surfaces that they form.
   uint64_t surfaces;
-  // Materials that no table defines; they have the default's properties.
-  uint64_t unknown_materials;
   // Memory of the scene in bytes.
   uint64_t memory_bytes;
   // Speed of sound in m/s.
@@ -281,6 +634,8 @@ typedef struct ForesoundSceneInfo {
 
 // Properties and state of a device.
 typedef struct ForesoundOutputInfo {
+  // Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
+  uint32_t size;
   // 1 playing, 0 closed and to be opened again.
   uint32_t playing;
   // Granted sample rate in Hz.
@@ -293,8 +648,8 @@ typedef struct ForesoundOutputInfo {
   uint32_t exclusive;
   // 1 in low-latency mode.
   uint32_t low_latency;
-  // 1 AAudio, 2 OpenSL ES, 0 neither.
-  uint32_t interface;
+  // System library of the device.
+  ForesoundDeviceApi device_api;
   // Latency of the ring buffer in audio frames.
   uint32_t ring_frames;
   // Successful attempts to open a device.
@@ -308,20 +663,20 @@ typedef struct ForesoundOutputInfo {
   // Underruns counted by the device since it was opened.
   uint32_t xruns;
   // Minimum audio frames of a callback.
-  uint32_t least_frames;
+  uint32_t min_callback_frames;
   // Maximum audio frames of a callback.
-  uint32_t most_frames;
+  uint32_t max_callback_frames;
   // Callbacks.
   uint64_t callbacks;
   // Audio frames that were not rendered in time.
   uint64_t underrun_frames;
 } ForesoundOutputInfo;
 
-// Settings of a source. Fill it with the defaults, then change fields.
+// Settings of a source. Begin with FORESOUND_SOURCE_OPTIONS_INIT or foresound_source_options_default, then change fields.
 typedef struct ForesoundSourceOptions {
-  // Bytes of this structure in the caller's version of the header: fields beyond keep their defaults.
+  // Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
   uint32_t size;
-  // Computed parts, a sum of bits: 1 direct, 2 reflections, 4 diffraction, 8 transmission, 16 late reverb.
+  // Computed parts, a sum of ForesoundEffect.
   uint32_t effects;
   // Radius in metres within which the source gets no louder; 0: the engine's.
   float radius_m;
@@ -331,7 +686,7 @@ typedef struct ForesoundSourceOptions {
   float directivity[8];
 } ForesoundSourceOptions;
 
-// A path as a polyline from source to listener.
+// A path as a polyline from source to listener. An element of an array, whose element size foresound_engine_paths takes.
 typedef struct ForesoundShownPath {
   // Id of the source.
   uint32_t source;
@@ -349,6 +704,8 @@ typedef struct ForesoundShownPath {
 
 // Result of one foresound_render.
 typedef struct ForesoundRenderInfo {
+  // Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
+  uint32_t size;
   // Audio frames written.
   uint32_t frames;
   // Graphics frames consumed.
@@ -369,22 +726,28 @@ typedef struct ForesoundRenderInfo {
   uint32_t engine_gone;
 } ForesoundRenderInfo;
 
+// Receives a message: one line in UTF-8, valid during the call. `user` is the pointer passed to foresound_set_log.
+typedef void (*ForesoundLogCallback)(void *user, ForesoundLogLevel level, const char *message);
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
 
 // Closes a handle of any kind and destroys its object: an engine after its running update, an output after its
 // threads. Waits for a call that uses the handle. Control thread.
-ForesoundStatus foresound_close(uint64_t handle);
+FORESOUND_API ForesoundStatus foresound_close(uint64_t handle);
 
-// Writes the default options. Any thread.
-ForesoundStatus foresound_options_default(struct ForesoundOptions *options);
+// Writes the default options; `size` is set before. Any thread.
+FORESOUND_API ForesoundStatus foresound_options_default(struct ForesoundOptions *options);
 
 // Creates an engine in free field without sources. `engine` receives the handle of the control half, `renderer`
 // that of the audio half. Takes some ten milliseconds. Control thread.
 //
-// `options`: null for the defaults. `hrtf`: content of an HRTF set's file; null for the built-in set.
-ForesoundStatus foresound_engine_create(const struct ForesoundOptions *options,
+// `api_version`: FORESOUND_API_VERSION; another major version than the library's is refused
+// (FORESOUND_STATUS_VERSION). `options`: null for the defaults. `hrtf`: content of an HRTF set's file; null for the built-in set.
+FORESOUND_API
+ForesoundStatus foresound_engine_create(uint32_t api_version,
+                                        const struct ForesoundOptions *options,
                                         const uint8_t *hrtf,
                                         size_t hrtf_bytes,
                                         uint64_t *engine,
@@ -392,111 +755,156 @@ ForesoundStatus foresound_engine_create(const struct ForesoundOptions *options,
 
 // Replaces the scene. The old one is audible until the first update with the new one. The scene's handle may be
 // closed afterwards. Control thread.
-ForesoundStatus foresound_engine_set_scene(uint64_t engine, uint64_t scene);
+FORESOUND_API ForesoundStatus foresound_engine_set_scene(uint64_t engine, uint64_t scene);
 
-// Sets the rays of propagation from the listener and from each source (1 to 65,536) and the maximum reflection
-// order (0 to 4). Control thread.
+// Writes the default options; `size` is set before. Any thread.
+FORESOUND_API ForesoundStatus foresound_propagation_options_default(struct ForesoundPropagationOptions *options);
+
+// Sets the rays and orders of propagation. `options`: null for the defaults. Control thread.
+FORESOUND_API
 ForesoundStatus foresound_engine_set_propagation(uint64_t engine,
-                                                 uint32_t guide_rays,
-                                                 uint32_t source_rays,
-                                                 uint32_t depth);
+                                                 const struct ForesoundPropagationOptions *options);
+
+// Sets the extrapolation of paths, from the next update on. Control thread.
+FORESOUND_API ForesoundStatus foresound_engine_set_predictor(uint64_t engine, ForesoundPredictor predictor);
+
+// Sets when propagation runs, after the running update. Control thread.
+FORESOUND_API ForesoundStatus foresound_engine_set_schedule(uint64_t engine, ForesoundSchedule schedule);
 
 // Fades to silence within milliseconds and stops the playback positions. Control thread.
-ForesoundStatus foresound_engine_pause(uint64_t engine);
+FORESOUND_API ForesoundStatus foresound_engine_pause(uint64_t engine);
 
 // Continues after foresound_engine_pause. Control thread.
-ForesoundStatus foresound_engine_resume(uint64_t engine);
+FORESOUND_API ForesoundStatus foresound_engine_resume(uint64_t engine);
 
-// Restarts propagation after its failure (state 2), after the running update. Control thread.
+// Restarts propagation after its failure (FORESOUND_ENGINE_STATE_PROPAGATION_FAILED), after the running update. Control thread.
+FORESOUND_API
 ForesoundStatus foresound_engine_restart(uint64_t engine);
 
 // Writes the engine's statistics. Takes microseconds; meant for some ten calls a second. Control thread.
-ForesoundStatus foresound_engine_statistics(uint64_t engine, struct ForesoundEngineStatistics *statistics);
+FORESOUND_API
+ForesoundStatus foresound_engine_statistics(uint64_t engine,
+                                            struct ForesoundEngineStatistics *statistics);
 
-// Writes the default budget, which has no limit. Any thread.
-ForesoundStatus foresound_budget_options_default(struct ForesoundBudgetOptions *options);
+// Writes the default budget, which has no limit; `size` is set before. Any thread.
+FORESOUND_API ForesoundStatus foresound_budget_options_default(struct ForesoundBudgetOptions *options);
 
 // Sets the budget from the next update on: rays, reflection orders and paths are reduced to meet it. Temperature may
 // reduce them further unless the level is fixed. `options`: null for no limit. Control thread.
-ForesoundStatus foresound_engine_set_budget(uint64_t engine, const struct ForesoundBudgetOptions *options);
+FORESOUND_API
+ForesoundStatus foresound_engine_set_budget(uint64_t engine,
+                                            const struct ForesoundBudgetOptions *options);
 
 // Writes the engine's load and the phone's temperature. Takes microseconds; meant for some ten calls a second.
 // Control thread.
-ForesoundStatus foresound_engine_health(uint64_t engine, struct ForesoundEngineHealth *health);
+FORESOUND_API ForesoundStatus foresound_engine_health(uint64_t engine, struct ForesoundEngineHealth *health);
 
 // Adds an instance of a part, such as a door, at a pose from the next tick on; `instance` receives its id. A part is
 // a scene in local coordinates, a hinge at the origin; its handle may be closed afterwards, and instances may
-// share it. Instances stay when the scene is replaced. Control thread.
+// share it. Instances stay when the scene is replaced. `pose_size`: sizeof(ForesoundPose). Control thread.
+FORESOUND_API
 ForesoundStatus foresound_instance_add(uint64_t engine,
                                        uint64_t part,
                                        const struct ForesoundPose *pose,
+                                       size_t pose_size,
                                        uint32_t *instance);
 
 // Moves an instance from the next tick on. The orientation is a quaternion of length 1; after an invalid pose the
-// last valid one stays. Control thread.
-ForesoundStatus foresound_instance_move(uint64_t engine, uint32_t instance, const struct ForesoundPose *pose);
+// last valid one stays. `pose_size`: sizeof(ForesoundPose). Control thread.
+FORESOUND_API
+ForesoundStatus foresound_instance_move(uint64_t engine,
+                                        uint32_t instance,
+                                        const struct ForesoundPose *pose,
+                                        size_t pose_size);
 
 // Removes an instance from the next tick on. Its id is invalid at once. Control thread.
-ForesoundStatus foresound_instance_remove(uint64_t engine, uint32_t instance);
+FORESOUND_API ForesoundStatus foresound_instance_remove(uint64_t engine, uint32_t instance);
 
-// Writes the default options. Any thread.
-ForesoundStatus foresound_scene_options_default(struct ForesoundSceneOptions *options);
+// Writes the default options; `size` is set before. Any thread.
+FORESOUND_API ForesoundStatus foresound_scene_options_default(struct ForesoundSceneOptions *options);
+
+// Makes a progress, with which another thread follows and cancels the construction of a scene; `progress` receives
+// its handle. For one construction. Control thread.
+FORESOUND_API ForesoundStatus foresound_progress_create(uint64_t *progress);
+
+// Writes the share of a scene's construction that is done, 0 to 1. Control thread, also during the construction.
+FORESOUND_API ForesoundStatus foresound_progress_read(uint64_t progress, float *done);
+
+// Cancels a scene's construction: the call returns FORESOUND_STATUS_CANCELLED soon. Control thread.
+FORESOUND_API ForesoundStatus foresound_progress_cancel(uint64_t progress);
 
 // Builds a scene from an OBJ file, whose `usemtl` names materials. Else as foresound_scene_from_mesh.
+FORESOUND_API
 ForesoundStatus foresound_scene_from_file(const char *path,
                                           const char *materials_toml,
                                           const struct ForesoundSceneOptions *options,
+                                          uint64_t progress,
                                           uint64_t *scene);
 
 // Writes the properties of a scene. Control thread.
-ForesoundStatus foresound_scene_info(uint64_t scene, struct ForesoundSceneInfo *info);
+FORESOUND_API ForesoundStatus foresound_scene_info(uint64_t scene, struct ForesoundSceneInfo *info);
 
 // Writes the renderer's latency from geometry to sound in audio frames, without the device's buffer. Does not
 // disturb foresound_render. Any thread.
-ForesoundStatus foresound_renderer_latency(uint64_t renderer, uint32_t *frames);
+FORESOUND_API ForesoundStatus foresound_renderer_latency(uint64_t renderer, uint32_t *frames);
 
 // Plays a renderer on the system's device (Oboe on Android, a silent device elsewhere), rendered `blocks_ahead`
 // blocks ahead (1 to 64) on a thread of its own. Closes the renderer's handle. A device that is lost or does not
 // open is opened again at growing intervals. Control thread.
-ForesoundStatus foresound_output_start(uint64_t renderer, size_t blocks_ahead, uint64_t *output);
+FORESOUND_API ForesoundStatus foresound_output_start(uint64_t renderer, size_t blocks_ahead, uint64_t *output);
 
 // Writes the properties and the state of an output's device. Control thread.
-ForesoundStatus foresound_output_info(uint64_t output, struct ForesoundOutputInfo *info);
+FORESOUND_API ForesoundStatus foresound_output_info(uint64_t output, struct ForesoundOutputInfo *info);
 
 // Adds a silent source at a position in metres; `source` receives its id. Control thread.
-ForesoundStatus foresound_source_add(uint64_t engine, float x_m, float y_m, float z_m, uint32_t *source);
+FORESOUND_API ForesoundStatus foresound_source_add(uint64_t engine, float x_m, float y_m, float z_m, uint32_t *source);
 
 // Removes a source from the next tick on; sound under way fades. Its id is invalid at once and is never given
-// again: an engine has 1,048,576 ids for each of its `max_sources`. Control thread.
-ForesoundStatus foresound_source_remove(uint64_t engine, uint32_t source);
+// again: an engine has 1,048,575 ids for each of its `max_sources`. Control thread.
+FORESOUND_API ForesoundStatus foresound_source_remove(uint64_t engine, uint32_t source);
 
-// Writes the default options. Any thread.
-ForesoundStatus foresound_source_options_default(struct ForesoundSourceOptions *options);
+// Writes the default options; `size` is set before. Any thread.
+FORESOUND_API ForesoundStatus foresound_source_options_default(struct ForesoundSourceOptions *options);
 
 // Sets a source's options from the next tick on. `options`: null for the defaults. Control thread.
+FORESOUND_API
 ForesoundStatus foresound_source_configure(uint64_t engine,
                                            uint32_t source,
                                            const struct ForesoundSourceOptions *options);
 
+// Sets a source's directivity table from the next tick on: rows of eight levels in dB, one a band, the angles evenly
+// from the front to the back, both included; 2 to 181 rows of -63 to 60 dB or minus infinity. `levels`: their
+// number, 8 x rows; 0 for no table. The table is multiplied with the options' directivity. Control thread.
+FORESOUND_API
+ForesoundStatus foresound_source_set_directivity_table(uint64_t engine,
+                                                       uint32_t source,
+                                                       const float *levels_db,
+                                                       size_t levels);
+
 // Sets a source's linear gain, 0 to 1000, from the next tick on. Control thread.
-ForesoundStatus foresound_source_set_gain(uint64_t engine, uint32_t source, float gain);
+FORESOUND_API ForesoundStatus foresound_source_set_gain(uint64_t engine, uint32_t source, float gain);
 
 // Mutes (1) or unmutes (0) a source; its playback position advances. Control thread.
-ForesoundStatus foresound_source_mute(uint64_t engine, uint32_t source, uint32_t muted);
+FORESOUND_API ForesoundStatus foresound_source_mute(uint64_t engine, uint32_t source, uint32_t muted);
 
 // Plays a clip from its beginning, once (0) or in a loop (1). The clip's handle may be closed afterwards. Control
 // thread.
-ForesoundStatus foresound_source_play(uint64_t engine, uint32_t source, uint64_t clip, uint32_t looped);
+FORESOUND_API ForesoundStatus foresound_source_play(uint64_t engine, uint32_t source, uint64_t clip, uint32_t looped);
 
 // Silences a source and releases its clip or stream. Control thread.
-ForesoundStatus foresound_source_stop(uint64_t engine, uint32_t source);
+FORESOUND_API ForesoundStatus foresound_source_stop(uint64_t engine, uint32_t source);
 
 // Attaches a stream to a source, through a ring buffer of `capacity` samples (1 to 16,777,216); `stream` receives
 // the handle for foresound_stream_write. After a failure the source plays on as before. Control thread.
-ForesoundStatus foresound_source_stream(uint64_t engine, uint32_t source, size_t capacity, uint64_t *stream);
+FORESOUND_API
+ForesoundStatus foresound_source_stream(uint64_t engine,
+                                        uint32_t source,
+                                        size_t capacity,
+                                        uint64_t *stream);
 
 // Makes a clip of mono samples at `rate_hz` for engines at `engine_rate_hz` (1,000 to 384,000 Hz), copied and
 // resampled. A sample of 1 is full scale at 1 m. Control thread.
+FORESOUND_API
 ForesoundStatus foresound_clip_from_samples(const float *samples,
                                             size_t count,
                                             uint32_t rate_hz,
@@ -505,37 +913,46 @@ ForesoundStatus foresound_clip_from_samples(const float *samples,
 
 // Makes a clip of the bytes of a WAV file (PCM of 8 to 32 bits or float; channels are averaged) for engines at
 // `engine_rate_hz`. Control thread.
-ForesoundStatus foresound_clip_from_wav(const uint8_t *bytes, size_t count, uint32_t engine_rate_hz, uint64_t *clip);
+FORESOUND_API
+ForesoundStatus foresound_clip_from_wav(const uint8_t *bytes,
+                                        size_t count,
+                                        uint32_t engine_rate_hz,
+                                        uint64_t *clip);
 
 // Version of this interface: 65,536 x major + 256 x minor + patch. Another major number than
-// FORESOUND_API_VERSION's is incompatible. Any thread.
-uint32_t foresound_version(void);
+// FORESOUND_API_VERSION's is incompatible, and foresound_engine_create refuses it. Any thread.
+FORESOUND_API uint32_t foresound_version(void);
 
 // Message of this thread's last failed call: one line in UTF-8, the cause and the remedy. Valid until the thread's next
 // failure; empty before the first. Never null; not to be freed. foresound_render and foresound_stream_write leave no
 // message. Any thread.
-const char *foresound_last_error(void);
+FORESOUND_API const char *foresound_last_error(void);
 
 // Submits a graphics frame: the listener's pose, and the poses of the sources that moved. Meant for one call a frame;
 // never waits for propagation or sound, except that the synchronous schedule runs propagation in it. After an invalid pose
-// or an unknown source it fails, and the frame is submitted with the last valid poses. `sources`: null if none. Control
-// thread.
+// or an unknown source it fails, and the frame is submitted with the last valid poses. `sources`: null if none.
+// `pose_size`: sizeof(ForesoundPose). Control thread.
+FORESOUND_API
 ForesoundStatus foresound_engine_tick(uint64_t engine,
                                       const struct ForesoundPose *listener,
                                       const struct ForesoundPose *sources,
-                                      size_t source_count);
+                                      size_t source_count,
+                                      size_t pose_size);
 
 // Writes the loudest paths of the newest update, in no order, as many as fit, and their number. At most the option
-// `shown_paths` of them are available. Control thread.
+// `shown_paths` of them are available. `path_size`: sizeof(ForesoundShownPath). Control thread.
+FORESOUND_API
 ForesoundStatus foresound_engine_paths(uint64_t engine,
                                        struct ForesoundShownPath *paths,
+                                       size_t path_size,
                                        size_t capacity,
                                        size_t *count);
 
 // Builds a scene from triangles: three coordinates a vertex in metres, +y up, and three indices a triangle. With
 // materials: their names, and one index into them a triangle; without: null and zero. `materials_toml`: the text of a
-// materials file, or null. `options`: null for the defaults. Takes milliseconds to seconds: a control thread, but not the
-// one that draws.
+// materials file, or null. `options`: null for the defaults. `progress`: a handle of foresound_progress_create, or 0. Takes
+// milliseconds to seconds: a control thread, but not the one that draws.
+FORESOUND_API
 ForesoundStatus foresound_scene_from_mesh(const float *positions_m,
                                           size_t vertex_count,
                                           const uint32_t *indices,
@@ -545,6 +962,7 @@ ForesoundStatus foresound_scene_from_mesh(const float *positions_m,
                                           size_t material_count,
                                           const char *materials_toml,
                                           const struct ForesoundSceneOptions *options,
+                                          uint64_t progress,
                                           uint64_t *scene);
 
 // Renders `frames` audio frames of interleaved stereo into `output`; silence on failure. `info`: null if unused. One thread
@@ -552,6 +970,7 @@ ForesoundStatus foresound_scene_from_mesh(const float *positions_m,
 // most efficient. Audio thread: wait-free, without allocation, without a message.
 //
 // `output` has 2 x `frames` elements.
+FORESOUND_API
 ForesoundStatus foresound_render(uint64_t renderer,
                                  float *output,
                                  size_t frames,
@@ -560,7 +979,20 @@ ForesoundStatus foresound_render(uint64_t renderer,
 // Appends as many of `count` samples to a stream as fit; `written` (null if unused) receives their number. Fails with
 // FORESOUND_STATUS_STATE once the stream has no reader. Any one thread at a time, the audio thread included: wait-free,
 // without allocation, without a message.
-ForesoundStatus foresound_stream_write(uint64_t stream, const float *samples, size_t count, size_t *written);
+FORESOUND_API
+ForesoundStatus foresound_stream_write(uint64_t stream,
+                                       const float *samples,
+                                       size_t count,
+                                       size_t *written);
+
+// Passes the library's messages up to a level to a function, for the whole process; null: none, but for the system's log on
+// Android. The function is called from any thread but the audio thread, from several at once, until this function is called
+// again and has returned; it must return and must not call foresound_set_log. FORESOUND_STATUS_STATE in a Rust program with a
+// logger of its own. Control thread.
+FORESOUND_API
+ForesoundStatus foresound_set_log(ForesoundLogLevel level,
+                                  ForesoundLogCallback callback,
+                                  void *user);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -79,6 +79,9 @@ pub enum Error {
         /// Generation of the handle, different from the slot's.
         generation: u16,
     },
+    /// An observer ended the construction of a scene.
+    #[error("the construction was cancelled; build the scene again if it is wanted")]
+    Cancelled,
     /// The engine cannot do it in its current state.
     #[error("engine: {problem}; {advice}")]
     Engine {

@@ -6,8 +6,9 @@ use foresound::bridge::capi::{
     foresound_source_stream, foresound_stream_write,
 };
 use foresound::bridge::engine::{ENGINES, SourceOptions};
+use foresound::bridge::enumeration::{Hrtf, Schedule};
 use foresound::bridge::sound::{RENDERERS, RenderInfo};
-use foresound::bridge::{Options, Pose, Status};
+use foresound::bridge::{Options, Pose, Status, VERSION};
 
 #[path = "../tools/src/command_line/counting.rs"]
 mod counting;
@@ -31,16 +32,17 @@ fn engine() -> (u64, u64) {
         guide_rays: 1,
         source_rays: 1,
         depth: 0,
-        schedule: 1,
+        schedule: Schedule::Synchronous,
         frame_s: 0.01,
         late_reverb: 0,
-        hrtf: 1,
+        hrtf: Hrtf::None,
         ..Options::default()
     };
     let (mut engine, mut renderer) = (0, 0);
     // SAFETY: the addresses of variables; a null pointer for no HRTF set.
     let status = unsafe {
         foresound_engine_create(
+            VERSION,
             &raw const options,
             std::ptr::null(),
             0,
@@ -63,7 +65,15 @@ fn add(engine: u64) -> u32 {
 fn tick(engine: u64, sources: &[Pose]) -> Status {
     let listener = pose(0, 0.0);
     // SAFETY: the addresses are those of a pose and of as many as the slice has.
-    unsafe { foresound_engine_tick(engine, &raw const listener, sources.as_ptr(), sources.len()) }
+    unsafe {
+        foresound_engine_tick(
+            engine,
+            &raw const listener,
+            sources.as_ptr(),
+            sources.len(),
+            size_of::<Pose>(),
+        )
+    }
 }
 
 fn render(renderer: u64, block: &mut [f32]) -> Status {

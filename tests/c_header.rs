@@ -8,10 +8,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use cbindgen::{
-    Builder, Config, DocumentationStyle, EnumConfig, ExportConfig, ItemType, Language, RenameRule,
-    Style,
+    Builder, Config, DocumentationStyle, EnumConfig, ExportConfig, FunctionConfig, ItemType,
+    Language, RenameRule, Style,
 };
-use foresound::bridge::interface::{Function, Parameter, camel_case, functions, structures};
+use foresound::bridge::VERSION;
+use foresound::bridge::enumeration::constant_case;
+use foresound::bridge::interface::{
+    Function, Parameter, camel_case, enumerations, functions, structures,
+};
 use foresound::bridge::pose::POSE_BYTES;
 
 const PREAMBLE: &str = "\
@@ -27,18 +31,37 @@ const PREAMBLE: &str = "\
  * wait and never allocate.
  *
  * Units. Metres, seconds, Hz, linear gain; right-handed coordinates, +y up. An audio frame is one sample a channel; a
- * graphics frame is the app's tick. Sources and instances have 32-bit ids.
+ * graphics frame is the app's tick. Sources and instances have 32-bit ids, never 0.
  *
  * Pointers. A pointer is the address of a variable of its type, or of an array with the length of the parameter after it.
  * It need not be valid after the call. Texts are UTF-8 with a terminating zero. Null is an error (FORESOUND_STATUS_NULL)
  * except for an array of length 0 and where the function's description allows it.
  *
- * Errors. Functions return a ForesoundStatus; foresound_last_error has the message. After a failure, results are 0 (handles,
- * counts) or UINT32_MAX (ids).
+ * Errors. Functions return a ForesoundStatus; foresound_last_error has the message. After a failure, results are 0, which is
+ * no handle and no id.
  *
- * Options. Structures begin with their size: fill them with the defaults (foresound_..._default), then change fields. A
- * newer library uses the defaults for fields that an older caller's header lacks.
+ * Structures. A structure begins with its size in this header; the library reads and writes no more than that:
+ *
+ *     ForesoundOptions options = FORESOUND_OPTIONS_INIT;
+ *
+ * The initialiser has the size and this header's defaults; foresound_..._default has the library's, for languages without
+ * macros: set `size` before. A newer library uses its defaults for fields that an older caller's header lacks; an older
+ * library ignores a newer caller's further fields, and sets them to 0 where it writes. Elements of arrays (ForesoundPose,
+ * ForesoundShownPath) have no size; functions take it beside the array: pass sizeof. stability.md says what may change.
  */";
+
+/// What stands before the declarations.
+const EXPORT: &str = "
+/* Exported from the shared library. Define FORESOUND_STATIC before this header if the library is linked statically. */
+#ifndef FORESOUND_API
+#if defined(_WIN32) && !defined(FORESOUND_STATIC)
+#define FORESOUND_API __declspec(dllimport)
+#elif defined(__GNUC__)
+#define FORESOUND_API __attribute__((visibility(\"default\")))
+#else
+#define FORESOUND_API
+#endif
+#endif";
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -47,6 +70,9 @@ fn root() -> &'static Path {
 /// The shared functions and the structures as Rust declarations, which cbindgen reads: it does not expand macros.
 fn declarations() -> String {
     let mut text = String::from("use std::ffi::c_char;\n");
+    for enumeration in enumerations() {
+        let _ = writeln!(text, "{}", enumeration.source);
+    }
     for structure in structures() {
         let _ = writeln!(text, "{}", structure.source);
     }
@@ -74,7 +100,34 @@ fn declarations() -> String {
     text
 }
 
+/// The macros that initialise structures.
+fn initializers() -> String {
+    let mut text = String::from(
+        "/* Initial values of structures: their size and this header's defaults. */\n",
+    );
+    for structure in structures() {
+        if let Some(values) = structure.initializer {
+            let name = constant_case(structure.name);
+            let line = format!("#define FORESOUND_{name}_INIT {values}");
+            let mut length = 0;
+            for word in line.split_inclusive(' ') {
+                if length + word.len() > 116 {
+                    text += "\\\n    ";
+                    length = 4;
+                }
+                text += word;
+                length += word.len();
+            }
+            text += "\n";
+        }
+    }
+    text
+}
+
 fn header() -> String {
+    let names = enumerations()
+        .into_iter()
+        .map(|enumeration| enumeration.name);
     let config = Config {
         language: Language::C,
         header: Some(PREAMBLE.into()),
@@ -86,14 +139,25 @@ fn header() -> String {
         no_includes: true,
         sys_includes: vec!["stddef.h".into(), "stdint.h".into()],
         after_includes: Some(format!(
-            "\n/* The version of this header; compare with foresound_version. */\n#define FORESOUND_API_VERSION {:#010x}u",
-            foresound::bridge::VERSION
+            "\n/* The version of this header, for foresound_engine_create. */\n#define FORESOUND_API_VERSION {VERSION:#010x}u\n{EXPORT}\n\n{}",
+            initializers()
         )),
         line_length: 120,
         export: ExportConfig {
             prefix: Some("Foresound".into()),
-            item_types: vec![ItemType::Enums, ItemType::Structs, ItemType::Functions],
+            item_types: vec![
+                ItemType::Enums,
+                ItemType::Structs,
+                ItemType::Typedefs,
+                ItemType::Functions,
+            ],
+            // Sums of bits are plain numbers, which name no enumeration.
+            include: names.map(str::to_owned).collect(),
             ..ExportConfig::default()
+        },
+        function: FunctionConfig {
+            prefix: Some("FORESOUND_API".into()),
+            ..FunctionConfig::default()
         },
         enumeration: EnumConfig {
             rename_variants: RenameRule::ScreamingSnakeCase,
@@ -162,6 +226,8 @@ import java.nio.ByteBuffer;
 final class Native {{
     /** Bytes of a pose in a frame: the source's id, three floats of position, four of orientation. */
     static final int POSE_BYTES = {POSE_BYTES};
+    /** The version of the interface, for engineCreate. */
+    static final int VERSION = {VERSION:#010x};
 
     /** Why the library is missing; null if it is loaded. */
     private static final Throwable MISSING = NativeLibrary.load();
@@ -191,6 +257,14 @@ final class Native {{
         for (field, index) in structure.fields {
             let field = field.to_uppercase();
             let _ = writeln!(text, "        static final int {field} = {index};");
+        }
+        text += "    }\n";
+    }
+    for enumeration in enumerations() {
+        let _ = writeln!(text, "\n    static final class {} {{", enumeration.name);
+        for (member, value) in enumeration.members {
+            let member = constant_case(member);
+            let _ = writeln!(text, "        static final int {member} = {value};");
         }
         text += "    }\n";
     }
@@ -251,4 +325,61 @@ fn the_header_has_every_exported_function() {
             "{name} is missing"
         );
     }
+}
+
+/// Names that `<windows.h>` and the headers that it includes define as macros, with or without a value.
+const WINDOWS_MACROS: [&str; 36] = [
+    "interface",
+    "near",
+    "far",
+    "small",
+    "hyper",
+    "cdecl",
+    "pascal",
+    "min",
+    "max",
+    "far",
+    "huge",
+    "IN",
+    "OUT",
+    "OPTIONAL",
+    "CONST",
+    "VOID",
+    "CALLBACK",
+    "APIENTRY",
+    "ERROR",
+    "NO_ERROR",
+    "DELETE",
+    "STRICT",
+    "TRUE",
+    "FALSE",
+    "INFINITE",
+    "THIS",
+    "UNICODE",
+    "PASCAL",
+    "NEAR",
+    "FAR",
+    "EXTERN_C",
+    "rad1",
+    "rad2",
+    "grp1",
+    "DOMAIN",
+    "OVERFLOW",
+];
+
+/// No identifier of the header is one that a macro of `<windows.h>` or `<math.h>` replaces.
+#[test]
+fn no_identifier_is_a_macro_of_windows() {
+    let header = header();
+    let after_preamble = header.split("*/").skip(1).collect::<String>();
+    let code: String = after_preamble
+        .lines()
+        .map(|line| line.split("//").next().unwrap_or_default())
+        .collect::<Vec<_>>()
+        .join("\n");
+    let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let words = code.split(|c| !is_part(c));
+    let clashes: Vec<&str> = words.filter(|word| WINDOWS_MACROS.contains(word)).collect();
+    assert!(clashes.is_empty(), "{clashes:?}");
+    assert!(code.contains("uint32_t size;"));
 }

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 
-use foresound::bridge::engine::{self, ENGINES};
+use foresound::bridge::engine::{self, ENGINES, PropagationOptions};
+use foresound::bridge::enumeration::{self, Schedule};
 use foresound::bridge::sound::{RENDERERS, STREAMS, render, write_stream};
-use foresound::bridge::{Options, Pose, Status, clip, scenes};
+use foresound::bridge::{CallError, Options, Pose, Status, VERSION, clip, scenes};
 use foresound::generation::{GeneratorSettings, Hrtf};
 use foresound::runtime::{
     AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime,
@@ -103,21 +104,28 @@ fn call(engine: u64, state: &mut u64, sources: &mut Vec<u32>) -> Result<(), Stat
             Ok(s.controller()
                 .mute_source(foresound::scene::SourceId::from_bits(source), x > 1.0)?)
         }),
-        5 => with(&mut |s| s.set_propagation(8 + (number >> 40) as u32 % 16, 8, 2)),
+        5 => with(&mut |s| {
+            s.set_propagation(&PropagationOptions {
+                guide_rays: 8 + (number >> 40) as u32 % 16,
+                source_rays: 8,
+                depth: 2,
+                ..PropagationOptions::default()
+            })
+        }),
         6 => with(&mut |s| {
             s.controller().pause();
             s.controller().resume();
             Ok(())
         }),
         7 if number.is_multiple_of(5) => with(&mut |s| Ok(s.controller().restart()?)),
-        8 => scenes::from_mesh(
+        8 => TriangleMesh::from_slices(
             &[[0.0; 3], [x, 0.0, 0.0], [0.0, 0.0, x], [0.0, x, 0.0]],
             &[0, 1, 2, 0, 1, 3],
             &[],
             &[],
-            None,
-            &scenes::SceneOptions::default(),
         )
+        .map_err(CallError::from)
+        .and_then(|mesh| scenes::from_mesh(&mesh, None, &scenes::SceneOptions::default(), 0))
         .and_then(|scene| {
             let set = engine::set_scene(engine, scene);
             drop(scenes::SCENES.remove(scene));
@@ -130,7 +138,7 @@ fn call(engine: u64, state: &mut u64, sources: &mut Vec<u32>) -> Result<(), Stat
 
 #[test]
 fn eight_control_threads_share_an_engine() {
-    for schedule in [0, 1] {
+    for schedule in [Schedule::Asynchronous, Schedule::Synchronous] {
         let options = Options {
             rate_hz: 16_000,
             block_frames: 64,
@@ -141,12 +149,12 @@ fn eight_control_threads_share_an_engine() {
             guide_rays: 16,
             source_rays: 8,
             max_delay_s: 0.05,
-            hrtf: 1,
+            hrtf: enumeration::Hrtf::None,
             schedule,
             frame_s: 0.01,
             ..Options::default()
         };
-        let (engine, renderer) = engine::create(&options, None).expect("an engine");
+        let (engine, renderer) = engine::create(VERSION, &options, None).expect("an engine");
         let running = AtomicBool::new(true);
         let [calls, failures] = [0, 0].map(|zero| Arc::new(AtomicU64::new(zero)));
         thread::scope(|scope| {

@@ -37,28 +37,31 @@ static void works(const char *what, int line, ForesoundStatus status) {
 /* Every function with an engine handle, with an invalid one. */
 static void no_engine(uint64_t engine, uint64_t scene, uint64_t clip) {
     ForesoundPose pose = {0, {0, 1, 0}, {0, 0, 0, 1}};
-    ForesoundEngineStatistics statistics;
-    ForesoundEngineHealth health;
+    ForesoundEngineStatistics statistics = FORESOUND_ENGINE_STATISTICS_INIT;
+    ForesoundEngineHealth health = FORESOUND_ENGINE_HEALTH_INIT;
     ForesoundShownPath path;
     size_t count = 0;
     uint32_t source = 0, instance = 0;
     uint64_t stream = 0;
-    NO(foresound_engine_tick(engine, &pose, &pose, 1));
+    NO(foresound_engine_tick(engine, &pose, &pose, 1, sizeof pose));
     NO(foresound_engine_set_scene(engine, scene));
-    NO(foresound_engine_set_propagation(engine, 1, 1, 1));
+    NO(foresound_engine_set_propagation(engine, NULL));
     NO(foresound_engine_pause(engine));
     NO(foresound_engine_resume(engine));
     NO(foresound_engine_restart(engine));
     NO(foresound_engine_statistics(engine, &statistics));
     NO(foresound_engine_health(engine, &health));
     NO(foresound_engine_set_budget(engine, NULL));
-    NO(foresound_engine_paths(engine, &path, 1, &count));
-    NO(foresound_instance_add(engine, scene, &pose, &instance));
-    NO(foresound_instance_move(engine, 0, &pose));
+    NO(foresound_engine_paths(engine, &path, sizeof path, 1, &count));
+    NO(foresound_instance_add(engine, scene, &pose, sizeof pose, &instance));
+    NO(foresound_instance_move(engine, 0, &pose, sizeof pose));
     NO(foresound_instance_remove(engine, 0));
     NO(foresound_source_add(engine, 0, 0, 0, &source));
     NO(foresound_source_remove(engine, 0));
     NO(foresound_source_configure(engine, 0, NULL));
+    NO(foresound_engine_set_predictor(engine, FORESOUND_PREDICTOR_HOLD));
+    NO(foresound_engine_set_schedule(engine, FORESOUND_SCHEDULE_SYNCHRONOUS));
+    NO(foresound_source_set_directivity_table(engine, 0, NULL, 0));
     NO(foresound_source_set_gain(engine, 0, 1));
     NO(foresound_source_mute(engine, 0, 1));
     NO(foresound_source_play(engine, 0, clip, 1));
@@ -75,18 +78,21 @@ int main(void) {
     const char *name[1] = {"brick"};
     const uint32_t materials[1] = {7};
     float block[128] = {0};
-    uint64_t engine = 0, renderer = 0, scene = 0, clip = 0, stream = 0, output = 0, other = 0;
+    float done = 0;
+    uint64_t progress = 0, engine = 0, renderer = 0, scene = 0, clip = 0, stream = 0, output = 0, other = 0;
     uint32_t source = 0, frames = 0, instance = 0;
     size_t count = 0;
-    ForesoundSceneInfo info;
-    ForesoundOutputInfo played;
-    ForesoundEngineStatistics statistics;
-    ForesoundEngineHealth health;
+    ForesoundSceneInfo info = FORESOUND_SCENE_INFO_INIT;
+    ForesoundOutputInfo played = FORESOUND_OUTPUT_INFO_INIT;
+    ForesoundEngineStatistics statistics = FORESOUND_ENGINE_STATISTICS_INIT;
+    ForesoundEngineHealth health = FORESOUND_ENGINE_HEALTH_INIT;
     ForesoundShownPath path;
-    ForesoundOptions options;
-    ForesoundSourceOptions like;
-    ForesoundBudgetOptions budget;
-    ForesoundSceneOptions up;
+    ForesoundOptions options = FORESOUND_OPTIONS_INIT, unsized;
+    ForesoundRenderInfo rendered = FORESOUND_RENDER_INFO_INIT;
+    ForesoundPropagationOptions rays = FORESOUND_PROPAGATION_OPTIONS_INIT;
+    ForesoundSourceOptions like = FORESOUND_SOURCE_OPTIONS_INIT;
+    ForesoundBudgetOptions budget = FORESOUND_BUDGET_OPTIONS_INIT;
+    ForesoundSceneOptions up = FORESOUND_SCENE_OPTIONS_INIT;
     ForesoundPose pose = {0, {0, 1, 0}, {0, 0, 0, 1}};
     ForesoundPose nowhere = {0, {NAN, 1e30f, 0}, {0, 0, 0, 1}};
 
@@ -95,6 +101,10 @@ int main(void) {
     YES(foresound_source_options_default(&like));
     YES(foresound_budget_options_default(&budget));
     YES(foresound_scene_options_default(&up));
+    YES(foresound_propagation_options_default(&rays));
+    memset(&unsized, 0xa5, sizeof unsized);
+    NO(foresound_options_default(&unsized));
+    NO(foresound_propagation_options_default(NULL));
     NO(foresound_options_default(NULL));
     NO(foresound_source_options_default(NULL));
     NO(foresound_budget_options_default(NULL));
@@ -102,16 +112,16 @@ int main(void) {
 
     /* Creation. */
     options.max_sources = 2;
-    NO(foresound_engine_create(&options, NULL, 0, NULL, &renderer));
-    NO(foresound_engine_create(&options, NULL, 0, &engine, NULL));
-    NO(foresound_engine_create(&options, NULL, 9, &engine, &renderer));
-    NO(foresound_engine_create(&options, (const uint8_t *)block, 9, &engine, &renderer));
-    NO(foresound_engine_create(&options, (const uint8_t *)block, HUGE_COUNT * 8, &engine, &renderer));
+    NO(foresound_engine_create(FORESOUND_API_VERSION, &options, NULL, 0, NULL, &renderer));
+    NO(foresound_engine_create(FORESOUND_API_VERSION, &options, NULL, 0, &engine, NULL));
+    NO(foresound_engine_create(FORESOUND_API_VERSION, &options, NULL, 9, &engine, &renderer));
+    NO(foresound_engine_create(FORESOUND_API_VERSION, &options, (const uint8_t *)block, 9, &engine, &renderer));
+    NO(foresound_engine_create(FORESOUND_API_VERSION, &options, (const uint8_t *)block, HUGE_COUNT * 8, &engine, &renderer));
     ForesoundOptions wrong;
 #define WRONG(field, value)                                             \
     wrong = options;                                                    \
     wrong.field = (value);                                              \
-    NO(foresound_engine_create(&wrong, NULL, 0, &engine, &renderer));   \
+    NO(foresound_engine_create(FORESOUND_API_VERSION, &wrong, NULL, 0, &engine, &renderer));   \
     if (engine != 0 || renderer != 0) return 3
     WRONG(size, 0);
     WRONG(size, 1u << 30);
@@ -136,11 +146,15 @@ int main(void) {
     WRONG(frame_s, -1);
     WRONG(max_delay_s, INFINITY);
     WRONG(device_hints, 4);
+    WRONG(source_slots, 257);
+    WRONG(tracing_threads, 0);
+    WRONG(diffraction_order, 3);
+    WRONG(even_blocks, 2);
     WRONG(shown_paths, 0xffffffffu);
-    YES(foresound_engine_create(&options, NULL, 0, &engine, &renderer));
+    YES(foresound_engine_create(FORESOUND_API_VERSION, &options, NULL, 0, &engine, &renderer));
 
     /* Scenes. */
-#define MESH(p, n, i, k, t, names, m, toml) foresound_scene_from_mesh(p, n, i, k, t, names, m, toml, NULL, &scene)
+#define MESH(p, n, i, k, t, names, m, toml) foresound_scene_from_mesh(p, n, i, k, t, names, m, toml, NULL, 0, &scene)
     NO(MESH(NULL, 3, triangle, 3, NULL, NULL, 0, NULL));
     NO(MESH(corners, 3, NULL, 3, NULL, NULL, 0, NULL));
     NO(MESH(corners, 0, triangle, 0, NULL, NULL, 0, NULL));
@@ -155,15 +169,26 @@ int main(void) {
     NO(MESH(corners, 3, triangle, 3, NULL, name, 1, NULL));
     NO(MESH(corners, 3, triangle, 3, NULL, NULL, 0, "[what"));
     NO(MESH(corners, 3, triangle, 3, NULL, NULL, 0, "\xff\xfe"));
-    NO(foresound_scene_from_mesh(corners, 3, triangle, 3, NULL, NULL, 0, NULL, NULL, NULL));
+    NO(foresound_scene_from_mesh(corners, 3, triangle, 3, NULL, NULL, 0, NULL, NULL, 0, NULL));
     up.temperature_c = NAN;
-    NO(foresound_scene_from_mesh(corners, 3, triangle, 3, NULL, NULL, 0, NULL, &up, &scene));
-    NO(foresound_scene_from_file(NULL, NULL, NULL, &scene));
-    NO(foresound_scene_from_file("/no/such.obj", NULL, NULL, &scene));
-    NO(foresound_scene_from_file("", NULL, NULL, &scene));
-    NO(foresound_scene_from_file("/", NULL, NULL, NULL));
+    NO(foresound_scene_from_mesh(corners, 3, triangle, 3, NULL, NULL, 0, NULL, &up, 0, &scene));
+    NO(foresound_scene_from_file(NULL, NULL, NULL, 0, &scene));
+    NO(foresound_scene_from_file("/no/such.obj", NULL, NULL, 0, &scene));
+    NO(foresound_scene_from_file("", NULL, NULL, 0, &scene));
+    NO(foresound_scene_from_file("/", NULL, NULL, 0, NULL));
     YES(MESH(corners, 3, triangle, 3, NULL, NULL, 0, NULL));
     NO(foresound_scene_info(scene, NULL));
+    NO(foresound_progress_create(NULL));
+    YES(foresound_progress_create(&progress));
+    NO(foresound_progress_read(progress, NULL));
+    NO(foresound_progress_read(scene, &done));
+    NO(foresound_progress_cancel(scene));
+    YES(foresound_progress_cancel(progress));
+    NO(foresound_scene_from_mesh(corners, 3, triangle, 3, NULL, NULL, 0, NULL, NULL, progress, &other));
+    NO(foresound_scene_from_mesh(corners, 3, triangle, 3, NULL, NULL, 0, NULL, NULL, scene, &other));
+    YES(foresound_close(progress));
+    NO(foresound_progress_cancel(progress));
+    NO(foresound_set_log(5, NULL, NULL));
 
     /* Sources, clips, streams. */
     NO(foresound_source_add(engine, 0, 0, 0, NULL));
@@ -175,6 +200,12 @@ int main(void) {
     NO(foresound_source_set_gain(engine, source, 1e9f));
     NO(foresound_source_set_gain(engine, source + 1, 1));
     NO(foresound_source_remove(engine, 0xffffffffu));
+    NO(foresound_source_set_directivity_table(engine, source, NULL, 16));
+    NO(foresound_source_set_directivity_table(engine, source, block, 17));
+    NO(foresound_source_set_directivity_table(engine, source, block, 8));
+    NO(foresound_source_set_directivity_table(engine, source, block, HUGE_COUNT));
+    YES(foresound_source_set_directivity_table(engine, source, block, 16));
+    YES(foresound_source_set_directivity_table(engine, source, NULL, 0));
     like.order = NAN;
     NO(foresound_source_configure(engine, source, &like));
     NO(foresound_clip_from_samples(NULL, 8, 48000, 48000, &clip));
@@ -196,38 +227,51 @@ int main(void) {
     YES(foresound_source_stream(engine, source, 64, &stream));
 
     /* Instances. */
-    NO(foresound_instance_add(engine, scene, NULL, &instance));
-    NO(foresound_instance_add(engine, scene, &pose, NULL));
-    NO(foresound_instance_add(engine, scene, &nowhere, &instance));
-    NO(foresound_instance_add(engine, clip, &pose, &instance));
-    NO(foresound_instance_add(engine, 0, &pose, &instance));
-    YES(foresound_instance_add(engine, scene, &pose, &instance));
-    NO(foresound_instance_move(engine, instance, NULL));
-    NO(foresound_instance_move(engine, instance, &nowhere));
-    NO(foresound_instance_move(engine, instance + 1, &pose));
+    NO(foresound_instance_add(engine, scene, NULL, sizeof pose, &instance));
+    NO(foresound_instance_add(engine, scene, &pose, sizeof pose, NULL));
+    NO(foresound_instance_add(engine, scene, &nowhere, sizeof pose, &instance));
+    NO(foresound_instance_add(engine, clip, &pose, sizeof pose, &instance));
+    NO(foresound_instance_add(engine, 0, &pose, sizeof pose, &instance));
+    YES(foresound_instance_add(engine, scene, &pose, sizeof pose, &instance));
+    NO(foresound_instance_move(engine, instance, NULL, sizeof pose));
+    NO(foresound_instance_move(engine, instance, &nowhere, sizeof pose));
+    NO(foresound_instance_move(engine, instance, &pose, 0));
+    NO(foresound_instance_move(engine, instance, &pose, (size_t)-1));
+    NO(foresound_instance_move(engine, instance + 1, &pose, sizeof pose));
     pose.orientation[0] = 3;
-    NO(foresound_instance_move(engine, instance, &pose));
+    NO(foresound_instance_move(engine, instance, &pose, sizeof pose));
     pose.orientation[0] = 0;
-    YES(foresound_instance_move(engine, instance, &pose));
+    YES(foresound_instance_move(engine, instance, &pose, sizeof pose));
     NO(foresound_instance_remove(engine, 0xffffffffu));
     YES(foresound_instance_remove(engine, instance));
     NO(foresound_instance_remove(engine, instance));
 
     /* The engine. */
-    NO(foresound_engine_tick(engine, NULL, NULL, 0));
-    NO(foresound_engine_tick(engine, &pose, NULL, 1));
-    NO(foresound_engine_tick(engine, &pose, &pose, HUGE_COUNT));
-    NO(foresound_engine_tick(engine, &nowhere, NULL, 0));
+    NO(foresound_engine_tick(engine, NULL, NULL, 0, sizeof pose));
+    NO(foresound_engine_tick(engine, &pose, NULL, 1, sizeof pose));
+    NO(foresound_engine_tick(engine, &pose, &pose, HUGE_COUNT, sizeof pose));
+    NO(foresound_engine_tick(engine, &nowhere, NULL, 0, sizeof pose));
     nowhere.source = source;
-    NO(foresound_engine_tick(engine, &pose, &nowhere, 1));
+    NO(foresound_engine_tick(engine, &pose, &nowhere, 1, sizeof pose));
     NO(foresound_engine_set_scene(engine, clip));
-    NO(foresound_engine_set_propagation(engine, 0, 1, 1));
-    NO(foresound_engine_set_propagation(engine, 1, 1, 0xffffffffu));
+    rays.guide_rays = 0;
+    NO(foresound_engine_set_propagation(engine, &rays));
+    rays.guide_rays = 1;
+    rays.depth = 0xffffffffu;
+    NO(foresound_engine_set_propagation(engine, &rays));
+    rays.depth = 1;
+    rays.size = 3;
+    NO(foresound_engine_set_propagation(engine, &rays));
+    NO(foresound_engine_set_predictor(engine, 3));
+    NO(foresound_engine_set_schedule(engine, 2));
+    NO(foresound_engine_tick(engine, &pose, NULL, 0, 0));
+    NO(foresound_engine_tick(engine, &pose, NULL, 0, 31));
+    NO(foresound_engine_tick(engine, &pose, &pose, 1, (size_t)-4));
     NO(foresound_engine_statistics(engine, NULL));
     NO(foresound_engine_health(engine, NULL));
-    NO(foresound_engine_paths(engine, NULL, 1, &count));
-    NO(foresound_engine_paths(engine, &path, HUGE_COUNT, &count));
-    NO(foresound_engine_paths(engine, &path, 1, NULL));
+    NO(foresound_engine_paths(engine, NULL, sizeof path, 1, &count));
+    NO(foresound_engine_paths(engine, &path, sizeof path, HUGE_COUNT, &count));
+    NO(foresound_engine_paths(engine, &path, sizeof path, 1, NULL));
     budget.quality_level = 6;
     NO(foresound_engine_set_budget(engine, &budget));
     budget.quality_level = 0;
@@ -240,16 +284,28 @@ int main(void) {
     budget.core_share = 1e300;
     NO(foresound_engine_set_budget(engine, &budget));
     budget.core_share = 0;
+    budget.reserved = 1;
+    NO(foresound_engine_set_budget(engine, &budget));
+    budget.reserved = 0;
     YES(foresound_engine_set_budget(engine, &budget));
     YES(foresound_engine_statistics(engine, &statistics));
     YES(foresound_engine_health(engine, &health));
-    YES(foresound_engine_paths(engine, NULL, 0, &count));
+    NO(foresound_engine_paths(engine, &path, 0, 1, &count));
+    NO(foresound_engine_paths(engine, &path, sizeof path - 1, 1, &count));
+    YES(foresound_engine_paths(engine, NULL, sizeof path, 0, &count));
 
     /* Audio functions, which leave no message. */
     QUIET_NO(foresound_render(renderer, NULL, 1, NULL));
     QUIET_NO(foresound_render(renderer, block, HUGE_COUNT, NULL));
     QUIET_NO(foresound_render(renderer, (float *)((char *)block + 1), 1, NULL));
     QUIET_NO(foresound_render(engine, block, 1, NULL));
+    rendered.size = 0;
+    QUIET_NO(foresound_render(renderer, block, 1, &rendered));
+    rendered.size = 13;
+    QUIET_NO(foresound_render(renderer, block, 1, &rendered));
+    QUIET_NO(foresound_render(renderer, block, 1, (ForesoundRenderInfo *)((char *)&rendered + 1)));
+    rendered.size = sizeof rendered;
+    YES(foresound_render(renderer, block, 1, &rendered));
     QUIET_NO(foresound_stream_write(stream, NULL, 1, &count));
     QUIET_NO(foresound_stream_write(stream, block, HUGE_COUNT, &count));
     QUIET_NO(foresound_stream_write(clip, block, 1, &count));

@@ -20,7 +20,7 @@ final class Bridge {
             missing();
             return;
         }
-        if (Native.version() >> 16 != 2) throw new AssertionError("version " + Native.version());
+        if (Native.version() != Native.VERSION) throw new AssertionError("version " + Native.version());
         switch (arguments[0]) {
             case "walk" -> walk(arguments[1], Path.of(arguments[2]));
             case "abuse" -> abuse();
@@ -68,8 +68,8 @@ final class Bridge {
         options[Native.Options.GUIDE_RAYS] = 1;
         options[Native.Options.SOURCE_RAYS] = 1;
         options[Native.Options.DEPTH] = 0;
-        options[Native.Options.SCHEDULE] = 1;
-        options[Native.Options.HRTF] = 1;
+        options[Native.Options.SCHEDULE] = Native.Schedule.SYNCHRONOUS;
+        options[Native.Options.HRTF] = Native.Hrtf.NONE;
         options[Native.Options.LATE_REVERB] = 0;
         options[Native.Options.MAX_DELAY_S] = 0.01;
         return options;
@@ -91,11 +91,11 @@ final class Bridge {
         final int frames = 800, ticks = 90;
         double[] options = options();
         options[Native.Options.GUIDE_RAYS] = 256;
-        options[Native.Options.SCHEDULE] = 1;
+        options[Native.Options.SCHEDULE] = Native.Schedule.SYNCHRONOUS;
         options[Native.Options.FRAME_S] = 1.0 / 60.0;
         long[] handle = new long[1];
-        long renderer = Native.engineCreate(options, null, handle), engine = handle[0];
-        long scene = Native.sceneFromFile(sceneFile, null, null);
+        long renderer = Native.engineCreate(Native.VERSION, options, null, handle), engine = handle[0];
+        long scene = Native.sceneFromFile(sceneFile, null, null, 0);
         double[] info = new double[Native.SceneInfo.LENGTH];
         Native.sceneInfo(scene, info);
         Native.engineSetScene(engine, scene);
@@ -115,7 +115,7 @@ final class Bridge {
         Native.close(clip);
         Native.sourceSetGain(engine, far, 0.5f);
         float[] panel = {0, 0, 0, 2, 0, 0, 2, 2, 0, 0, 2, 0};
-        long door = Native.sceneFromMesh(panel, new int[] {0, 1, 2, 0, 2, 3}, null, null, null, null);
+        long door = Native.sceneFromMesh(panel, new int[] {0, 1, 2, 0, 2, 3}, null, null, null, null, 0);
         int instance = Native.instanceAdd(engine, door, at(9.0f, 0, 1.0f));
         Native.close(door);
         ByteBuffer frame = direct(2 * Native.POSE_BYTES);
@@ -165,7 +165,7 @@ final class Bridge {
         final var state = IllegalStateException.class;
         final var none = NullPointerException.class;
         long[] handle = new long[1];
-        final long renderer = Native.engineCreate(light(), null, handle), engine = handle[0];
+        final long renderer = Native.engineCreate(Native.VERSION, light(), null, handle), engine = handle[0];
         final int source = Native.sourceAdd(engine, 0, 0, 0);
         final ByteBuffer frame = direct(2 * Native.POSE_BYTES);
         pose(frame, 0, 0, 0, 1, 0, 0);
@@ -174,26 +174,26 @@ final class Bridge {
         final ByteBuffer block = direct(512);
         Native.render(renderer, block, 64);
         // Creation.
-        refuses(none, () -> Native.engineCreate(light(), null, null));
-        refuses(argument, () -> Native.engineCreate(light(), null, new long[2]));
-        refuses(argument, () -> Native.engineCreate(new double[3], null, handle));
+        refuses(none, () -> Native.engineCreate(Native.VERSION, light(), null, null));
+        refuses(argument, () -> Native.engineCreate(Native.VERSION, light(), null, new long[2]));
+        refuses(argument, () -> Native.engineCreate(Native.VERSION, new double[3], null, handle));
         // Null options are the defaults.
-        Native.close(Native.engineCreate(null, null, handle));
+        Native.close(Native.engineCreate(Native.VERSION, null, null, handle));
         Native.close(handle[0]);
         handle[0] = engine;
         double[] headed = light();
-        headed[Native.Options.HRTF] = 0;
-        refuses(argument, () -> Native.engineCreate(headed, new byte[10], handle));
+        headed[Native.Options.HRTF] = Native.Hrtf.SET;
+        refuses(argument, () -> Native.engineCreate(Native.VERSION, headed, new byte[10], handle));
         for (int field = 0; field < Native.Options.LENGTH; field++) {
             for (double wrong : new double[] {Double.NaN, -1e300, Double.POSITIVE_INFINITY}) {
                 double[] options = light();
                 options[field] = wrong;
-                refuses(argument, () -> Native.engineCreate(options, null, new long[1]));
+                refuses(argument, () -> Native.engineCreate(Native.VERSION, options, null, new long[1]));
             }
         }
         // Handles of every wrong kind, for every method.
         final long scene = Native.sceneFromMesh(
-                new float[] {0, 0, 0, 1, 0, 0, 0, 0, 1}, new int[] {0, 1, 2}, null, null, null, null);
+                new float[] {0, 0, 0, 1, 0, 0, 0, 0, 1}, new int[] {0, 1, 2}, null, null, null, null, 0);
         final long clip = Native.clipFromSamples(new float[100], RATE_HZ, RATE_HZ);
         final long stream = Native.sourceStream(engine, source, 64);
         for (long wrong : new long[] {0, 1, -1, Long.MIN_VALUE, Long.MAX_VALUE, engine ^ 1L << 50}) {
@@ -285,30 +285,48 @@ final class Bridge {
         Native.close(slow);
         // Scenes.
         float[] corners = {0, 0, 0, 1, 0, 0, 0, 0, 1};
-        refuses(none, () -> Native.sceneFromMesh(null, new int[3], null, null, null, null));
-        refuses(none, () -> Native.sceneFromMesh(corners, null, null, null, null, null));
-        refuses(argument, () -> Native.sceneFromMesh(new float[8], new int[3], null, null, null, null));
-        refuses(argument, () -> Native.sceneFromMesh(corners, new int[] {0, 1, 3}, null, null, null, null));
-        refuses(argument, () -> Native.sceneFromMesh(corners, new int[] {0, 1, -1}, null, null, null, null));
-        refuses(argument, () -> Native.sceneFromMesh(corners, new int[] {0, 1}, null, null, null, null));
-        refuses(argument, () -> Native.sceneFromMesh(new float[0], new int[0], null, null, null, null));
+        refuses(none, () -> Native.sceneFromMesh(null, new int[3], null, null, null, null, 0));
+        refuses(none, () -> Native.sceneFromMesh(corners, null, null, null, null, null, 0));
+        refuses(argument, () -> Native.sceneFromMesh(new float[8], new int[3], null, null, null, null, 0));
+        refuses(argument, () -> Native.sceneFromMesh(corners, new int[] {0, 1, 3}, null, null, null, null, 0));
+        refuses(argument, () -> Native.sceneFromMesh(corners, new int[] {0, 1, -1}, null, null, null, null, 0));
+        refuses(argument, () -> Native.sceneFromMesh(corners, new int[] {0, 1}, null, null, null, null, 0));
+        refuses(argument, () -> Native.sceneFromMesh(new float[0], new int[0], null, null, null, null, 0));
         refuses(none, () -> Native.sceneFromMesh(
-                corners, new int[] {0, 1, 2}, new int[1], new String[] {null}, null, null));
+                corners, new int[] {0, 1, 2}, new int[1], new String[] {null}, null, null, 0));
         refuses(argument, () -> Native.sceneFromMesh(
-                corners, new int[] {0, 1, 2}, new int[] {5}, new String[] {"a"}, null, null));
-        refuses(argument, () -> Native.sceneFromMesh(corners, new int[] {0, 1, 2}, null, null, "[what", null));
+                corners, new int[] {0, 1, 2}, new int[] {5}, new String[] {"a"}, null, null, 0));
+        refuses(argument, () -> Native.sceneFromMesh(corners, new int[] {0, 1, 2}, null, null, "[what", null, 0));
         refuses(argument, () -> Native.sceneFromMesh(
-                corners, new int[] {0, 1, 2}, null, null, null, new double[] {0, 1, -500, 50, 100}));
-        refuses(none, () -> Native.sceneFromFile(null, null, null));
-        refuses(java.io.IOException.class, () -> Native.sceneFromFile("/no/such\u0000 file \ud83d\ude00.obj", null, null));
+                corners, new int[] {0, 1, 2}, null, null, null, new double[] {0, 1, -500, 50, 100, 0.5, 40, 1e6}, 0));
+        refuses(none, () -> Native.sceneFromFile(null, null, null, 0));
+        refuses(java.io.IOException.class, () -> Native.sceneFromFile("/no/such\u0000 file \ud83d\ude00.obj", null, null, 0));
         refuses(argument, () -> Native.sceneInfo(scene, new double[1]));
         refuses(none, () -> Native.sceneInfo(scene, null));
-        refuses(argument, () -> Native.engineSetPropagation(engine, 0, 1, 0));
-        refuses(argument, () -> Native.engineSetPropagation(engine, 1, 1, -1));
+        refuses(argument, () -> Native.engineSetPropagation(engine, new double[] {0, 1, 0, 0}));
+        refuses(argument, () -> Native.engineSetPropagation(engine, new double[] {1, 1, -1, 0}));
+        refuses(argument, () -> Native.engineSetPropagation(engine, new double[] {1, 1, 1, 3}));
+        refuses(argument, () -> Native.engineSetPropagation(engine, new double[3]));
+        refuses(argument, () -> Native.engineSetPredictor(engine, 3));
+        refuses(argument, () -> Native.engineSetPredictor(engine, -1));
+        refuses(argument, () -> Native.engineSetSchedule(engine, 2));
+        refuses(argument, () -> Native.sourceSetDirectivityTable(engine, source, new float[17]));
+        refuses(argument, () -> Native.sourceSetDirectivityTable(engine, source, new float[8]));
+        refuses(none, () -> Native.sourceSetDirectivityTable(engine, source, null));
+        Native.sourceSetDirectivityTable(engine, source, new float[16]);
+        refuses(state, () -> Native.engineCreate(Native.VERSION + 0x10000, light(), null, new long[1]));
+        long progress = Native.progressCreate();
+        if (Native.progressRead(progress) != 0) throw new AssertionError("nothing is done");
+        Native.progressCancel(progress);
+        refuses(java.util.concurrent.CancellationException.class,
+                () -> Native.sceneFromMesh(corners, new int[] {0, 1, 2}, null, null, null, null, progress));
+        Native.close(progress);
+        refuses(state, () -> Native.progressRead(progress));
+        refuses(argument, () -> Native.progressCancel(scene));
         // More names than a frame of local references holds.
         String[] names = new String[200];
         for (int i = 0; i < names.length; i++) names[i] = "material " + i;
-        Native.close(Native.sceneFromMesh(corners, new int[] {0, 1, 2}, new int[] {199}, names, null, null));
+        Native.close(Native.sceneFromMesh(corners, new int[] {0, 1, 2}, new int[] {199}, names, null, null, 0));
         // Memory that may not be written to.
         refuses(argument, () -> Native.render(renderer, block.asReadOnlyBuffer(), 64));
         Path file = Files.createTempFile("foresound", ".raw");
@@ -322,10 +340,11 @@ final class Bridge {
         Native.engineSetBudget(engine, null);
         refuses(argument, () -> Native.engineSetBudget(engine, new double[3]));
         for (double[] wrong : new double[][] {
-            {6, 0, 0, 0}, {300, 0, 0, 0}, {-1, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, Double.NaN, 0}, {0, 0, -1, 0},
-            {0, 0, 1e300, 0}, {0, 0, 0, Double.NaN}, {0, 0, 0, -0.5}, {0, 0, 0, Double.POSITIVE_INFINITY},
+            {6, 0, 0, 0, 0}, {300, 0, 0, 0, 0}, {-1, 0, 0, 0, 0}, {0, 2, 0, 0, 0}, {0, 0, 1, 0, 0}, {0, 0, 0, Double.NaN, 0},
+            {0, 0, 0, -1, 0}, {0, 0, 0, 1e300, 0}, {0, 0, 0, 0, Double.NaN}, {0, 0, 0, 0, -0.5},
+            {0, 0, 0, 0, Double.POSITIVE_INFINITY},
         }) refuses(argument, () -> Native.engineSetBudget(engine, wrong));
-        Native.engineSetBudget(engine, new double[] {5, 1, 0.02, 0.5});
+        Native.engineSetBudget(engine, new double[] {5, 1, 0, 0.02, 0.5});
         refuses(none, () -> Native.engineHealth(engine, null));
         refuses(argument, () -> Native.engineHealth(engine, new double[1]));
         refuses(none, () -> Native.enginePaths(engine, null));
@@ -353,7 +372,10 @@ final class Bridge {
         return new Call[] {
             () -> Native.engineTick(engine, frame, 0),
             () -> Native.engineSetScene(engine, scene),
-            () -> Native.engineSetPropagation(engine, 1, 1, 1),
+            () -> Native.engineSetPropagation(engine, new double[] {1, 1, 1, 1}),
+            () -> Native.engineSetPredictor(engine, 0),
+            () -> Native.engineSetSchedule(engine, 0),
+            () -> Native.sourceSetDirectivityTable(engine, source, new float[16]),
             () -> Native.enginePause(engine),
             () -> Native.engineResume(engine),
             () -> Native.engineRestart(engine),
@@ -419,11 +441,11 @@ final class Bridge {
                 // Expected.
             }
             if (n % 50 == 0) {
-                Native.close(Native.sceneFromMesh(corners, indices, null, null, null, null));
+                Native.close(Native.sceneFromMesh(corners, indices, null, null, null, null, 0));
                 scenes++;
             }
             if (n % 500 == 0) {
-                long renderer = Native.engineCreate(light(), null, handle);
+                long renderer = Native.engineCreate(Native.VERSION, light(), null, handle);
                 Native.close(n % 1000 == 0 ? handle[0] : renderer);
                 Native.close(n % 1000 == 0 ? renderer : handle[0]);
                 engines++;
@@ -442,7 +464,7 @@ final class Bridge {
             options[Native.Options.MAX_SOURCES] = 16;
             options[Native.Options.SCHEDULE] = round % 2;
             long[] handle = new long[1];
-            long renderer = Native.engineCreate(options, null, handle), engine = handle[0];
+            long renderer = Native.engineCreate(Native.VERSION, options, null, handle), engine = handle[0];
             int source = Native.sourceAdd(engine, 0, 1, 0);
             AtomicInteger done = new AtomicInteger(), refusals = new AtomicInteger();
             Thread[] threads = new Thread[8];
@@ -487,7 +509,7 @@ final class Bridge {
         options[Native.Options.GUIDE_RAYS] = 64;
         options[Native.Options.SOURCE_RAYS] = 16;
         long[] handle = new long[1];
-        long renderer = Native.engineCreate(options, null, handle), engine = handle[0];
+        long renderer = Native.engineCreate(Native.VERSION, options, null, handle), engine = handle[0];
         final int sources = 16;
         ByteBuffer frame = direct((sources + 1) * Native.POSE_BYTES);
         int[] ids = new int[sources];

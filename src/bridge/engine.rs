@@ -2,8 +2,10 @@
 //!
 //! Any control thread; calls on one engine wait for each other.
 
+use super::VERSION;
 use super::clip::CLIPS;
-use super::error::CallError;
+use super::enumeration::{Effect, Predictor, Schedule};
+use super::error::{CallError, Status};
 use super::handles::{HandleTable, Kind};
 use super::health::{BudgetOptions, EngineHealth};
 use super::options::Options;
@@ -14,8 +16,11 @@ use super::shown_paths::ShownPath;
 use super::sound::{STREAMS, insert_renderer};
 use super::statistics::EngineStatistics;
 use crate::acoustics::BANDS;
+use crate::propagation::PropagationSettings;
 use crate::runtime::{Controller, Engine};
-use crate::scene::{Directivity, Effects, ListenerPose, SourcePose, SourceSettings};
+use crate::scene::{
+    Directivity, DirectivityTable, Effects, ListenerPose, SourcePose, SourceSettings,
+};
 use glam::Vec3;
 
 // The array below has a literal length, which cbindgen reads.
@@ -25,9 +30,9 @@ const _: () = assert!(BANDS == 8);
 pub static ENGINES: HandleTable<EngineControl> = HandleTable::new(Kind::Engine);
 
 record! {
-    /// Settings of a source. Fill it with the defaults, then change fields.
+    /// Settings of a source. Begin with FORESOUND_SOURCE_OPTIONS_INIT or foresound_source_options_default, then change fields.
     pub struct SourceOptions[size] {
-        /// Computed parts, a sum of bits: 1 direct, 2 reflections, 4 diffraction, 8 transmission, 16 late reverb.
+        /// Computed parts, a sum of ForesoundEffect.
         pub effects: u32,
         /// Radius in metres within which the source gets no louder; 0: the engine's.
         pub radius_m: f32,
@@ -42,10 +47,38 @@ impl Default for SourceOptions {
     fn default() -> Self {
         Self {
             size: size_of::<Self>() as u32,
-            effects: 31,
+            effects: Effect::All.0,
             radius_m: 0.0,
             order: Directivity::OMNI.order,
             directivity: Directivity::OMNI.weight,
+        }
+    }
+}
+
+record! {
+    /// Rays and orders of propagation. Begin with FORESOUND_PROPAGATION_OPTIONS_INIT or
+    /// foresound_propagation_options_default, then change fields.
+    pub struct PropagationOptions[size] {
+        /// Rays from the listener an update, 1 to 65,536.
+        pub guide_rays: u32,
+        /// Rays from each source an update, 1 to 65,536.
+        pub source_rays: u32,
+        /// Maximum reflection order, 0 to 4.
+        pub depth: u32,
+        /// Maximum number of edges that a path is diffracted at, 0 to 2.
+        pub diffraction_order: u32,
+    }
+}
+
+impl Default for PropagationOptions {
+    fn default() -> Self {
+        let settings = PropagationSettings::default();
+        Self {
+            size: size_of::<Self>() as u32,
+            guide_rays: settings.guide_rays,
+            source_rays: settings.source_rays,
+            depth: settings.depth as u32,
+            diffraction_order: settings.diffraction_order as u32,
         }
     }
 }
@@ -54,7 +87,7 @@ impl SourceOptions {
     fn settings(&self) -> Result<SourceSettings, CallError> {
         let out_of_range =
             |name, value: f32, range| CallError::bad(format!("{name}: {value} is outside {range}"));
-        if self.effects > 31 {
+        if self.effects > Effect::All.0 {
             return Err(out_of_range("effects", self.effects as f32, "0 to 31"));
         }
         if !(0.0..=64.0).contains(&self.order) {
@@ -66,7 +99,7 @@ impl SourceOptions {
         if let Some(weight) = self.directivity.iter().find(|w| !(0.0..=1.0).contains(*w)) {
             return Err(out_of_range("directivity", *weight, "0 to 1"));
         }
-        let has = |bit: u32| self.effects & bit != 0;
+        let has = |effect: Effect| self.effects & effect.0 != 0;
         Ok(SourceSettings {
             directivity: Directivity {
                 weight: self.directivity,
@@ -75,14 +108,30 @@ impl SourceOptions {
             },
             radius_m: (self.radius_m > 0.0).then_some(self.radius_m),
             effects: Effects {
-                direct: has(1),
-                reflections: has(2),
-                diffraction: has(4),
-                transmission: has(8),
-                late: has(16),
+                direct: has(Effect::Direct),
+                reflections: has(Effect::Reflections),
+                diffraction: has(Effect::Diffraction),
+                transmission: has(Effect::Transmission),
+                late: has(Effect::LateReverb),
             },
         })
     }
+}
+
+/// Compares a caller's version with this library's: the major number.
+fn check_version(api_version: u32) -> Result<(), CallError> {
+    let numbers = |version: u32| {
+        let [_, major, minor, patch] = version.to_be_bytes();
+        format!("{major}.{minor}.{patch}")
+    };
+    if api_version >> 16 == VERSION >> 16 {
+        return Ok(());
+    }
+    let [caller, library] = [api_version, VERSION].map(numbers);
+    let text = format!(
+        "api_version: the caller's header is of interface {caller} and the library of {library}; compile with this library's foresound.h and pass FORESOUND_API_VERSION"
+    );
+    Err(CallError::new(Status::Version, text))
 }
 
 /// The control half of an engine.
@@ -92,17 +141,23 @@ pub struct EngineControl {
     poses: Vec<SourcePose>,
 }
 
-/// Creates an engine; returns the handles of its control half and of its renderer.
+/// Creates an engine; returns the handles of its control half and of its renderer. `api_version` is that of the caller's
+/// header.
 ///
 /// # Errors
-/// `Status::BadArgument` names an option out of range, `Status::Format` for an invalid HRTF set, `Status::State` if
+/// `Status::Version` for another major version; `Status::BadArgument` names an option out of range, `Status::Format` for an invalid HRTF set, `Status::State` if
 /// no thread can be started, `Status::Full`.
-pub fn create(options: &Options, hrtf: Option<&[u8]>) -> Result<(u64, u64), CallError> {
+pub fn create(
+    api_version: u32,
+    options: &Options,
+    hrtf: Option<&[u8]>,
+) -> Result<(u64, u64), CallError> {
+    check_version(api_version)?;
     let (controller, renderer) = Engine::new(options.settings(hrtf)?)?;
-    let slots = options.max_sources as usize;
+    let sources = options.max_sources as usize;
     let control = EngineControl {
         controller,
-        poses: Vec::with_capacity(2 * slots),
+        poses: Vec::with_capacity(2 * sources),
     };
     let engine = ENGINES.insert(control)?;
     match insert_renderer(renderer) {
@@ -150,15 +205,56 @@ impl EngineControl {
         Ok(self.controller.remove_source(source_id(source))?)
     }
 
-    /// Sets a source's options from the next tick on.
+    /// Sets a source's options from the next tick on. Its directivity table stays.
     ///
     /// # Errors
     /// `Status::BadArgument` names the value out of range, `Status::StaleSource`.
     pub fn configure(&mut self, source: u32, options: &SourceOptions) -> Result<(), CallError> {
-        let settings = options.settings()?;
-        Ok(self
-            .controller
-            .configure_source(source_id(source), settings)?)
+        let id = source_id(source);
+        let mut settings = options.settings()?;
+        settings.directivity.table = self.controller.source_settings(id)?.directivity.table;
+        Ok(self.controller.configure_source(id, settings)?)
+    }
+
+    /// Sets a source's directivity table from the next tick on: rows of levels in dB by band. Without rows the source has
+    /// none.
+    ///
+    /// # Errors
+    /// `Status::BadArgument` for a number of levels or a level out of range, `Status::StaleSource`.
+    pub fn set_directivity_table(
+        &mut self,
+        source: u32,
+        levels_db: &[f32],
+    ) -> Result<(), CallError> {
+        let id = source_id(source);
+        let (rows, rest) = levels_db.as_chunks::<BANDS>();
+        if !rest.is_empty() {
+            let text = format!("levels_db: {} levels are no rows of 8", levels_db.len());
+            return Err(CallError::bad(text));
+        }
+        let mut settings = self.controller.source_settings(id)?;
+        settings.directivity.table = match rows {
+            [] => None,
+            rows => Some(DirectivityTable::from_levels_db(rows)?),
+        };
+        Ok(self.controller.configure_source(id, settings)?)
+    }
+
+    /// Sets the extrapolation between updates, from the next update on.
+    ///
+    /// # Errors
+    /// `Status::BadArgument`.
+    pub fn set_predictor(&mut self, predictor: Predictor) -> Result<(), CallError> {
+        self.controller.set_predictor(predictor.choice()?);
+        Ok(())
+    }
+
+    /// Sets when propagation runs. Waits for the running update.
+    ///
+    /// # Errors
+    /// `Status::BadArgument`; `Status::State` if no thread can be started.
+    pub fn set_schedule(&mut self, schedule: Schedule) -> Result<(), CallError> {
+        Ok(self.controller.set_schedule(schedule.choice()?)?)
     }
 
     /// The engine's controller.
@@ -191,20 +287,16 @@ impl EngineControl {
         self.controller.path_snapshot().iter().map(ShownPath::from)
     }
 
-    /// Sets rays and reflection order of propagation.
+    /// Sets rays and orders of propagation.
     ///
     /// # Errors
     /// `Status::BadArgument` names the value out of range.
-    pub fn set_propagation(
-        &mut self,
-        guide_rays: u32,
-        source_rays: u32,
-        depth: u32,
-    ) -> Result<(), CallError> {
+    pub fn set_propagation(&mut self, options: &PropagationOptions) -> Result<(), CallError> {
         let mut settings = self.controller.settings().propagation;
-        settings.guide_rays = guide_rays;
-        settings.source_rays = source_rays;
-        settings.depth = depth as usize;
+        settings.guide_rays = options.guide_rays;
+        settings.source_rays = options.source_rays;
+        settings.depth = options.depth as usize;
+        settings.diffraction_order = options.diffraction_order as usize;
         Ok(self.controller.set_propagation(settings)?)
     }
 }

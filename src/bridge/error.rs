@@ -36,6 +36,10 @@ pub enum Status {
     Panic = 11,
     /// The instance was removed or never added.
     StaleInstance = 12,
+    /// The caller's header is of another major version than the library.
+    Version = 13,
+    /// The call was cancelled.
+    Cancelled = 14,
 }
 
 /// A failed call.
@@ -92,6 +96,7 @@ impl From<Error> for CallError {
             Error::StaleSource { .. } => Status::StaleSource,
             Error::StaleInstance { .. } => Status::StaleInstance,
             Error::Engine { .. } => Status::State,
+            Error::Cancelled => Status::Cancelled,
         };
         Self::new(status, error.to_string())
     }

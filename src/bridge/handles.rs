@@ -38,16 +38,19 @@ pub enum Kind {
     Stream = 5,
     /// A device that plays a renderer.
     Output = 6,
+    /// The progress of a scene's construction.
+    Progress = 7,
 }
 
 impl Kind {
-    const ALL: [Self; 6] = [
+    const ALL: [Self; 7] = [
         Self::Engine,
         Self::Renderer,
         Self::Scene,
         Self::Clip,
         Self::Stream,
         Self::Output,
+        Self::Progress,
     ];
 
     /// The error for a handle of another kind. Its message is static, for audio calls.
@@ -59,6 +62,7 @@ impl Kind {
             Self::Clip => "the handle is not a clip's; pass a clip's",
             Self::Stream => "the handle is not a stream's; pass a stream's",
             Self::Output => "the handle is not an output's; pass an output's",
+            Self::Progress => "the handle is not a progress's; pass a progress's",
         };
         CallError::fixed(Status::WrongKind, text)
     }

@@ -42,11 +42,13 @@ impl EngineControl {
 
 #[cfg(test)]
 mod tests {
+    use super::super::enumeration::Schedule;
     use super::super::error::Status;
     use super::super::options::Options;
     use super::super::scenes::{self, SceneOptions};
-    use super::super::{close, engine};
+    use super::super::{VERSION, close, engine};
     use super::*;
+    use crate::scene::TriangleMesh;
 
     fn panel() -> u64 {
         let corners = [
@@ -56,7 +58,8 @@ mod tests {
             [-2.0, 2.0, 0.0],
         ];
         let options = SceneOptions::default();
-        scenes::from_mesh(&corners, &[0, 1, 2, 0, 2, 3], &[], &[], None, &options).expect("a panel")
+        let mesh = TriangleMesh::from_slices(&corners, &[0, 1, 2, 0, 2, 3], &[], &[]);
+        scenes::from_mesh(&mesh.expect("valid"), None, &options, 0).expect("a panel")
     }
 
     fn at(z_m: f32) -> Pose {
@@ -71,12 +74,12 @@ mod tests {
     fn a_panel_comes_moves_and_goes() {
         let options = Options {
             guide_rays: 64,
-            schedule: 1,
+            schedule: Schedule::Synchronous,
             frame_s: 0.01,
             shown_paths: 8,
             ..Options::default()
         };
-        let (engine, renderer) = engine::create(&options, None).expect("an engine");
+        let (engine, renderer) = engine::create(VERSION, &options, None).expect("an engine");
         let part = panel();
         let instance = add(engine, part, &at(-2.0)).expect("is added");
         assert_eq!(close(part), Ok(()));

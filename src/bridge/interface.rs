@@ -11,10 +11,11 @@
 use std::ffi::c_char;
 use std::marker::PhantomData;
 
+use super::enumeration::Enumeration;
 #[cfg(any(feature = "capi", feature = "jni"))]
 use super::error::CallError;
 use super::pose::Pose;
-use super::record::Record;
+use super::record::{Growing, Record};
 
 /// A kind of parameter or result.
 pub trait Kind {
@@ -66,7 +67,7 @@ kinds! {
     Bytes: *const u8, "byte[]" "[B";
     /// Bytes, or null with a length of 0.
     OptionalBytes: *const u8, "byte[]" "[B";
-    /// A pose: in Java position and orientation, seven floats.
+    /// A pose and its size: in Java position and orientation, seven floats.
     PoseIn: *const Pose, "float[]" "[F";
     /// A variable for a handle: in Java an array of one.
     HandleOut: *mut u64, "long[]" "[J";
@@ -85,10 +86,22 @@ kinds! {
 /// A structure to read, or null for its defaults: in Java a list of doubles.
 pub struct In<T>(PhantomData<T>);
 
-/// A structure to write: in Java a list of doubles.
+/// A structure to write, whose size the caller sets: in Java a list of doubles.
 pub struct Out<T>(PhantomData<T>);
 
-impl<T: Record> Kind for In<T> {
+/// A member of an enumeration.
+pub struct Choice<T>(PhantomData<T>);
+
+impl<T: Enumeration> Kind for Choice<T> {
+    type C = T;
+    const JAVA: [&str; 2] = Count::JAVA;
+
+    fn c() -> String {
+        T::NAME.into()
+    }
+}
+
+impl<T: Growing> Kind for In<T> {
     type C = *const T;
     const JAVA: [&str; 2] = List::JAVA;
 
@@ -97,7 +110,7 @@ impl<T: Record> Kind for In<T> {
     }
 }
 
-impl<T: Record> Kind for Out<T> {
+impl<T: Growing> Kind for Out<T> {
     type C = *mut T;
     const JAVA: [&str; 2] = List::JAVA;
 
@@ -114,17 +127,18 @@ macro_rules! shared_functions {
             /// threads. Waits for a call that uses the handle. Control thread.
             safe fn foresound_close(handle: Handle) { $crate::bridge::close(handle) }
 
-            /// Writes the default options. Any thread.
+            /// Writes the default options; `size` is set before. Any thread.
             unsafe fn foresound_options_default(options: Out<Options>) { options.store(Options::default()) }
 
             /// Creates an engine in free field without sources. `engine` receives the handle of the control half, `renderer`
             /// that of the audio half. Takes some ten milliseconds. Control thread.
             ///
-            /// `options`: null for the defaults. `hrtf`: content of an HRTF set's file; null for the built-in set.
+            /// `api_version`: FORESOUND_API_VERSION; another major version than the library's is refused
+            /// (FORESOUND_STATUS_VERSION). `options`: null for the defaults. `hrtf`: content of an HRTF set's file; null for the built-in set.
             unsafe fn foresound_engine_create(
-                options: In<Options>, hrtf[hrtf_bytes]: OptionalBytes, engine: HandleOut
+                api_version: Count, options: In<Options>, hrtf[hrtf_bytes]: OptionalBytes, engine: HandleOut
             ) -> renderer: Handle {
-                let handles = engine::create(&options, hrtf.as_deref())?;
+                let handles = engine::create(api_version, &options, hrtf.as_deref())?;
                 engine.store(handles.0)?;
                 Ok(handles.1)
             }
@@ -133,12 +147,24 @@ macro_rules! shared_functions {
             /// closed afterwards. Control thread.
             safe fn foresound_engine_set_scene(engine: Handle, scene: Handle) { engine::set_scene(engine, scene) }
 
-            /// Sets the rays of propagation from the listener and from each source (1 to 65,536) and the maximum reflection
-            /// order (0 to 4). Control thread.
-            safe fn foresound_engine_set_propagation(
-                engine: Handle, guide_rays: Count, source_rays: Count, depth: Count
-            ) {
-                ENGINES.with(engine, |engine| engine.set_propagation(guide_rays, source_rays, depth))
+            /// Writes the default options; `size` is set before. Any thread.
+            unsafe fn foresound_propagation_options_default(options: Out<PropagationOptions>) {
+                options.store(PropagationOptions::default())
+            }
+
+            /// Sets the rays and orders of propagation. `options`: null for the defaults. Control thread.
+            unsafe fn foresound_engine_set_propagation(engine: Handle, options: In<PropagationOptions>) {
+                ENGINES.with(engine, |engine| engine.set_propagation(&options))
+            }
+
+            /// Sets the extrapolation of paths, from the next update on. Control thread.
+            safe fn foresound_engine_set_predictor(engine: Handle, predictor: Choice<Predictor>) {
+                ENGINES.with(engine, |engine| engine.set_predictor(predictor))
+            }
+
+            /// Sets when propagation runs, after the running update. Control thread.
+            safe fn foresound_engine_set_schedule(engine: Handle, schedule: Choice<Schedule>) {
+                ENGINES.with(engine, |engine| engine.set_schedule(schedule))
             }
 
             /// Fades to silence within milliseconds and stops the playback positions. Control thread.
@@ -157,7 +183,7 @@ macro_rules! shared_functions {
                 })
             }
 
-            /// Restarts propagation after its failure (state 2), after the running update. Control thread.
+            /// Restarts propagation after its failure (FORESOUND_ENGINE_STATE_PROPAGATION_FAILED), after the running update. Control thread.
             safe fn foresound_engine_restart(engine: Handle) {
                 ENGINES.with(engine, |engine| Ok(engine.controller().restart()?))
             }
@@ -167,7 +193,7 @@ macro_rules! shared_functions {
                 statistics.store(ENGINES.with(engine, |engine| Ok(engine.statistics()))?)
             }
 
-            /// Writes the default budget, which has no limit. Any thread.
+            /// Writes the default budget, which has no limit; `size` is set before. Any thread.
             unsafe fn foresound_budget_options_default(options: Out<BudgetOptions>) {
                 options.store(BudgetOptions::default())
             }
@@ -186,14 +212,14 @@ macro_rules! shared_functions {
 
             /// Adds an instance of a part, such as a door, at a pose from the next tick on; `instance` receives its id. A part is
             /// a scene in local coordinates, a hinge at the origin; its handle may be closed afterwards, and instances may
-            /// share it. Instances stay when the scene is replaced. Control thread.
-            unsafe fn foresound_instance_add(engine: Handle, part: Handle, pose: PoseIn) -> instance: Id {
+            /// share it. Instances stay when the scene is replaced. `pose_size`: sizeof(ForesoundPose). Control thread.
+            unsafe fn foresound_instance_add(engine: Handle, part: Handle, pose[pose_size]: PoseIn) -> instance: Id {
                 instances::add(engine, part, &pose)
             }
 
             /// Moves an instance from the next tick on. The orientation is a quaternion of length 1; after an invalid pose the
-            /// last valid one stays. Control thread.
-            unsafe fn foresound_instance_move(engine: Handle, instance: Id, pose: PoseIn) {
+            /// last valid one stays. `pose_size`: sizeof(ForesoundPose). Control thread.
+            unsafe fn foresound_instance_move(engine: Handle, instance: Id, pose[pose_size]: PoseIn) {
                 ENGINES.with(engine, |engine| engine.move_instance(instance, &pose))
             }
 
@@ -202,16 +228,27 @@ macro_rules! shared_functions {
                 ENGINES.with(engine, |engine| engine.remove_instance(instance))
             }
 
-            /// Writes the default options. Any thread.
+            /// Writes the default options; `size` is set before. Any thread.
             unsafe fn foresound_scene_options_default(options: Out<SceneOptions>) {
                 options.store(SceneOptions::default())
             }
 
+            /// Makes a progress, with which another thread follows and cancels the construction of a scene; `progress` receives
+            /// its handle. For one construction. Control thread.
+            unsafe fn foresound_progress_create() -> progress: Handle { progress::create() }
+
+            /// Writes the share of a scene's construction that is done, 0 to 1. Control thread, also during the construction.
+            unsafe fn foresound_progress_read(progress: Handle) -> done: Real { progress::read(progress) }
+
+            /// Cancels a scene's construction: the call returns FORESOUND_STATUS_CANCELLED after its present phase, of four. Control
+            /// thread.
+            safe fn foresound_progress_cancel(progress: Handle) { progress::cancel(progress) }
+
             /// Builds a scene from an OBJ file, whose `usemtl` names materials. Else as foresound_scene_from_mesh.
             unsafe fn foresound_scene_from_file(
-                path: Text, materials_toml: OptionalText, options: In<SceneOptions>
+                path: Text, materials_toml: OptionalText, options: In<SceneOptions>, progress: Handle
             ) -> scene: Handle {
-                scenes::from_file(&path, materials_toml.as_deref(), &options)
+                scenes::from_file(&path, materials_toml.as_deref(), &options, progress)
             }
 
             /// Writes the properties of a scene. Control thread.
@@ -239,12 +276,12 @@ macro_rules! shared_functions {
             }
 
             /// Removes a source from the next tick on; sound under way fades. Its id is invalid at once and is never given
-            /// again: an engine has 1,048,576 ids for each of its `max_sources`. Control thread.
+            /// again: an engine has 1,048,575 ids for each of its `max_sources`. Control thread.
             safe fn foresound_source_remove(engine: Handle, source: Id) {
                 ENGINES.with(engine, |engine| engine.remove_source(source))
             }
 
-            /// Writes the default options. Any thread.
+            /// Writes the default options; `size` is set before. Any thread.
             unsafe fn foresound_source_options_default(options: Out<SourceOptions>) {
                 options.store(SourceOptions::default())
             }
@@ -252,6 +289,15 @@ macro_rules! shared_functions {
             /// Sets a source's options from the next tick on. `options`: null for the defaults. Control thread.
             unsafe fn foresound_source_configure(engine: Handle, source: Id, options: In<SourceOptions>) {
                 ENGINES.with(engine, |engine| engine.configure(source, &options))
+            }
+
+            /// Sets a source's directivity table from the next tick on: rows of eight levels in dB, one a band, the angles evenly
+            /// from the front to the back, both included; 2 to 181 rows of -63 to 60 dB or minus infinity. `levels`: their
+            /// number, 8 x rows; 0 for no table. The table is multiplied with the options' directivity. Control thread.
+            unsafe fn foresound_source_set_directivity_table(
+                engine: Handle, source: Id, levels_db[levels]: Samples
+            ) {
+                ENGINES.with(engine, |engine| engine.set_directivity_table(source, &levels_db))
             }
 
             /// Sets a source's linear gain, 0 to 1000, from the next tick on. Control thread.
@@ -334,10 +380,10 @@ macro_rules! java_functions {
                 Ok((list.len() / ShownPath::ELEMENTS) as u32)
             }
 
-            /// Builds a scene from vertices and triangles; the last four may be null.
+            /// Builds a scene from vertices and triangles; the four before the last may be null, and the progress 0.
             safe fn foresound_scene_from_mesh(
                 positions: Samples, indices: Indices, triangle_materials: Indices, materials: Texts,
-                materials_toml: OptionalText, options: In<SceneOptions>
+                materials_toml: OptionalText, options: In<SceneOptions>, progress: Handle
             ) -> scene: Handle {
                 let (positions, rest) = positions.as_chunks::<3>();
                 if !rest.is_empty() {
@@ -347,7 +393,8 @@ macro_rules! java_functions {
                 let names: Vec<&str> = materials.iter().map(String::as_str).collect();
                 let triangle_materials = triangle_materials.unwrap_or_default();
                 let toml = materials_toml.as_deref();
-                scenes::from_mesh(positions, &indices, &names, &triangle_materials, toml, &options)
+                let mesh = TriangleMesh::from_slices(positions, &indices, &names, &triangle_materials)?;
+                scenes::from_mesh(&mesh, toml, &options, progress)
             }
 
             /// Renders interleaved stereo floats; returns the number of voices.
@@ -463,7 +510,8 @@ fn parameter<K: Kind>(name: &'static str, count: &[&'static str]) -> Parameter {
 
 /// The functions common to C and Java, and those that Java alone has in this form.
 pub fn functions() -> [Vec<Function>; 2] {
-    use super::engine::SourceOptions;
+    use super::engine::{PropagationOptions, SourceOptions};
+    use super::enumeration::{Predictor, Schedule};
     use super::health::{BudgetOptions, EngineHealth};
     use super::scenes::{SceneInfo, SceneOptions};
     use super::sound::OutputInfo;
@@ -482,30 +530,84 @@ pub struct Structure {
     pub length: usize,
     /// Its fields and their indices in the list.
     pub fields: Vec<(&'static str, usize)>,
+    /// Bytes up to the end of each field, the size included.
+    pub ends: &'static [usize],
+    /// Bytes to which sizes are multiples.
+    pub alignment: usize,
+    /// The initial values as an initialiser in C, of a structure that begins with its size.
+    pub initializer: Option<String>,
+}
+
+/// An enumeration of the interface.
+#[cfg(feature = "testing")]
+pub struct EnumerationInfo {
+    /// Its name.
+    pub name: &'static str,
+    /// Its declaration in Rust.
+    pub source: &'static str,
+    /// Names and values of its members.
+    pub members: &'static [(&'static str, i64)],
+}
+
+/// The enumerations of the interface.
+#[cfg(feature = "testing")]
+pub fn enumerations() -> Vec<EnumerationInfo> {
+    use super::enumeration as e;
+    fn of<T: Enumeration>() -> EnumerationInfo {
+        EnumerationInfo {
+            name: T::NAME,
+            source: T::SOURCE,
+            members: T::MEMBERS,
+        }
+    }
+    vec![
+        of::<e::Schedule>(),
+        of::<e::Predictor>(),
+        of::<e::Affinity>(),
+        of::<e::Hrtf>(),
+        of::<e::Effect>(),
+        of::<e::DeviceHint>(),
+        of::<e::HintedThread>(),
+        of::<e::EngineState>(),
+        of::<e::ThermalStatus>(),
+        of::<e::UpAxis>(),
+        of::<e::DeviceApi>(),
+        of::<e::LogLevel>(),
+    ]
 }
 
 /// The structures of the interface.
 #[cfg(feature = "testing")]
 pub fn structures() -> Vec<Structure> {
     use super::{engine, health, options, scenes, shown_paths, sound, statistics};
-    fn of<T: Record>() -> Structure {
+    fn part<T: Record>() -> Structure {
         Structure {
             name: T::NAME,
             source: T::SOURCE,
             length: T::ELEMENTS,
             fields: T::fields(),
+            ends: T::ENDS,
+            alignment: align_of::<T>(),
+            initializer: None,
+        }
+    }
+    fn of<T: Growing>() -> Structure {
+        Structure {
+            initializer: Some(T::default().initializer()),
+            ..part::<T>()
         }
     }
     vec![
         of::<options::Options>(),
         of::<engine::SourceOptions>(),
+        of::<engine::PropagationOptions>(),
         of::<scenes::SceneOptions>(),
         of::<health::BudgetOptions>(),
         of::<scenes::SceneInfo>(),
-        of::<statistics::Percentiles>(),
+        part::<statistics::Percentiles>(),
         of::<statistics::EngineStatistics>(),
         of::<health::EngineHealth>(),
-        of::<shown_paths::ShownPath>(),
+        part::<shown_paths::ShownPath>(),
         of::<sound::RenderInfo>(),
         of::<sound::OutputInfo>(),
     ]

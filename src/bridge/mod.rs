@@ -10,13 +10,16 @@
 
 pub mod clip;
 pub mod engine;
+pub mod enumeration;
 pub mod error;
 pub mod handles;
 pub mod health;
 pub mod instances;
 pub mod interface;
+pub mod logging;
 pub mod options;
 pub mod pose;
+pub mod progress;
 pub mod record;
 mod resampling;
 pub mod scenes;
@@ -35,7 +38,7 @@ pub use pose::Pose;
 pub use statistics::EngineStatistics;
 
 /// Version of this interface: 65,536 × major + 256 × minor + patch. Another major number breaks callers.
-pub const VERSION: u32 = 0x0002_0000;
+pub const VERSION: u32 = 0x0003_0000;
 
 /// Closes a handle of any kind and destroys its object. An engine waits for its running update.
 ///
@@ -50,6 +53,7 @@ pub fn close(handle: u64) -> Result<(), CallError> {
         Kind::Clip => clip::CLIPS.remove(handle).map(drop),
         Kind::Stream => sound::STREAMS.remove(handle).map(drop),
         Kind::Output => sound::OUTPUTS.remove(handle).map(drop),
+        Kind::Progress => progress::PROGRESSES.remove(handle).map(drop),
     }
 }
 
@@ -61,4 +65,5 @@ pub fn open_handles() -> usize {
         + clip::CLIPS.len()
         + sound::STREAMS.len()
         + sound::OUTPUTS.len()
+        + progress::PROGRESSES.len()
 }

@@ -2,22 +2,26 @@
 
 use std::sync::Arc;
 
+use super::enumeration::{Affinity, DeviceHint, Hrtf, Predictor, Schedule};
 use super::error::CallError;
 use super::record::record;
 use crate::extrapolation::PredictorKind;
 use crate::extrapolation::geometric::GeometricSettings;
-use crate::generation::Hrtf;
+use crate::generation::Hrtf as HrtfSet;
 use crate::runtime::{AffinityPolicy, EngineSchedule, EngineSettings, FrameTime};
 
 record! {
-    /// Settings of an engine. Fill it with the defaults, then change fields.
+    /// Settings of an engine. Begin with FORESOUND_OPTIONS_INIT or foresound_options_default, then change fields.
     pub struct Options[size] {
         /// Sample rate in Hz: 44,100 or 48,000 with the built-in HRTF set.
         pub rate_hz: u32,
         /// Audio frames a block, 32 to 4,096.
         pub block_frames: u32,
-        /// Maximum number of sources, 1 to 256.
+        /// Maximum number of sources, 1 to 4,096.
         pub max_sources: u32,
+        /// Sources with a slot of their own, 1 to 256; 0: as many as `max_sources`, at most 256. Beyond it neighbours share a
+        /// slot and masked sources are silent. Cost and memory grow with slots.
+        pub source_slots: u32,
         /// Maximum number of paths rendered at once, 1 to 16,384.
         pub max_voices: u32,
         /// The loudest of them are rendered in full detail: their number.
@@ -30,24 +34,37 @@ record! {
         pub source_rays: u32,
         /// Maximum reflection order, 0 to 4.
         pub depth: u32,
+        /// Maximum number of edges that a path is diffracted at, 0 to 2.
+        pub diffraction_order: u32,
         /// Seed of the ray directions.
         pub seed: u32,
-        /// 0: propagation on its own thread; 1: within every tick.
-        pub schedule: u32,
-        /// Extrapolation of paths between updates: 0 hold, 1 linear, 2 geometric.
-        pub predictor: u32,
-        /// Cores: 0 chosen by the system, 1 the two fastest, 2 those of the next two fields.
-        pub affinity: u32,
-        /// Core of the propagation thread, if `affinity` is 2.
+        /// When propagation runs.
+        pub schedule: Schedule,
+        /// Threads of an update in the synchronous schedule, the calling one included, 1 to 64.
+        pub tracing_threads: u32,
+        /// Extrapolation of paths between updates.
+        pub predictor: Predictor,
+        /// 1: the work of a graphics frame is spread over the blocks until the next one; 0: the first block does all of it.
+        pub even_blocks: u32,
+        /// Cores of the engine's threads.
+        pub affinity: Affinity,
+        /// Core of the propagation thread, if `affinity` is FORESOUND_AFFINITY_CHOSEN.
         pub propagation_core: u32,
-        /// Core of the audio thread, if `affinity` is 2.
-        pub sound_core: u32,
-        /// 0: the HRTF set passed at creation, else the built-in one; 1: none, both ears receive the same signal.
-        pub hrtf: u32,
+        /// Core of the audio thread, if `affinity` is FORESOUND_AFFINITY_CHOSEN.
+        pub audio_core: u32,
+        /// What turns paths into two ears.
+        pub hrtf: Hrtf,
         /// 1: with late reverb; 0: without.
         pub late_reverb: u32,
         /// 1: with limiter; 0: without.
         pub limiter: u32,
+        /// Exchange with a phone's system, a sum of ForesoundDeviceHint. Without effect where the system lacks the functions.
+        pub device_hints: u32,
+        /// Maximum number of paths that foresound_engine_paths returns, 0 to 16,384.
+        pub shown_paths: u32,
+        /// Maximum memory of the engine in MiB, without scenes and sounds; an engine of more is refused. Most of it is
+        /// 32 bytes x `rate_hz` x `max_delay_s` a slot.
+        pub max_memory_mib: u32,
         /// Distance in metres below which a source gets no louder.
         pub min_distance_m: f32,
         /// Ceiling of the limiter in dB re full scale, -60 to 0.
@@ -56,14 +73,6 @@ record! {
         pub frame_s: f64,
         /// Maximum path delay in seconds, 0.01 to 10.
         pub max_delay_s: f64,
-        /// Exchange with a phone's system, a sum of bits: 1 heat lowers the quality level, 2 performance hints. Without
-        /// effect where the system lacks the functions.
-        pub device_hints: u32,
-        /// Maximum number of paths that foresound_engine_paths returns, 0 to 16,384.
-        pub shown_paths: u32,
-        /// Maximum memory of the engine in MiB, without scenes and sounds; an engine of more is refused. Most of it is
-        /// 32 bytes x `rate_hz` x `max_delay_s` for each of `max_sources`.
-        pub max_memory_mib: u32,
     }
 }
 
@@ -75,43 +84,55 @@ impl Default for Options {
             size: size_of::<Self>() as u32,
             rate_hz: generation.rate_hz,
             block_frames: engine.block_frames as u32,
-            max_sources: generation.max_sources as u32,
+            max_sources: engine.source_limit() as u32,
+            source_slots: 0,
             max_voices: generation.max_voices as u32,
             fine_voices: generation.fine_voices as u32,
             max_paths: engine.max_paths as u32,
             guide_rays: propagation.guide_rays,
             source_rays: propagation.source_rays,
             depth: propagation.depth as u32,
+            diffraction_order: propagation.diffraction_order as u32,
             seed: propagation.seed as u32,
-            schedule: 0,
-            predictor: PREDICTORS
-                .iter()
-                .position(|kind| kind.name() == engine.predictor.name())
-                .unwrap_or(0) as u32,
+            schedule: Schedule::Asynchronous,
+            tracing_threads: engine.tracing_threads as u32,
+            predictor: Predictor(
+                PREDICTORS
+                    .iter()
+                    .position(|kind| kind.name() == engine.predictor.name())
+                    .unwrap_or(0) as u32,
+            ),
+            even_blocks: engine.even_blocks.into(),
             // A library in an app leaves its threads to the system's scheduler.
-            affinity: 0,
+            affinity: Affinity::System,
             propagation_core: 0,
-            sound_core: 0,
-            hrtf: 0,
+            audio_core: 0,
+            hrtf: Hrtf::Set,
             late_reverb: generation.late.into(),
             limiter: generation.limiter.into(),
+            device_hints: DeviceHint::Thermal.0 | DeviceHint::Performance.0,
+            shown_paths: engine.max_snapshot_paths as u32,
+            max_memory_mib: (engine.max_memory_bytes >> 20) as u32,
             min_distance_m: propagation.min_distance_m,
             ceiling_db: generation.ceiling_db,
             frame_s: 0.0,
             max_delay_s: generation.max_delay_s,
-            device_hints: 3,
-            shown_paths: engine.max_snapshot_paths as u32,
-            max_memory_mib: (engine.max_memory_bytes >> 20) as u32,
         }
     }
 }
 
-/// Predictors by their index.
+/// Schedules by their number.
+const SCHEDULES: [EngineSchedule; 2] = [EngineSchedule::Asynchronous, EngineSchedule::Synchronous];
+
+/// Predictors by their number.
 const PREDICTORS: [PredictorKind; 3] = [
     PredictorKind::Hold,
     PredictorKind::Linear,
     PredictorKind::Geometric(GeometricSettings::FULL),
 ];
+
+/// Most slots of sources.
+const MAX_SLOTS: u32 = 256;
 
 /// An element of a list by its index.
 fn choice<T: Copy>(name: &str, value: u32, choices: &[T]) -> Result<T, CallError> {
@@ -120,6 +141,26 @@ fn choice<T: Copy>(name: &str, value: u32, choices: &[T]) -> Result<T, CallError
         .get(value as usize)
         .copied()
         .ok_or_else(|| CallError::bad(format!("{name}: {value} is outside 0 to {last}")))
+}
+
+impl Schedule {
+    /// The engine's schedule.
+    ///
+    /// # Errors
+    /// `Status::BadArgument`.
+    pub fn choice(self) -> Result<EngineSchedule, CallError> {
+        choice("schedule", self.0, &SCHEDULES)
+    }
+}
+
+impl Predictor {
+    /// The engine's predictor.
+    ///
+    /// # Errors
+    /// `Status::BadArgument`.
+    pub fn choice(self) -> Result<PredictorKind, CallError> {
+        choice("predictor", self.0, &PREDICTORS)
+    }
 }
 
 impl Options {
@@ -131,22 +172,21 @@ impl Options {
     pub fn settings(&self, hrtf: Option<&[u8]>) -> Result<EngineSettings, CallError> {
         let mut settings = EngineSettings {
             block_frames: self.block_frames as usize,
+            max_sources: Some(self.max_sources as usize),
             max_paths: self.max_paths as usize,
-            schedule: choice(
-                "schedule",
-                self.schedule,
-                &[EngineSchedule::Asynchronous, EngineSchedule::Synchronous],
-            )?,
-            predictor: choice("predictor", self.predictor, &PREDICTORS)?,
+            schedule: self.schedule.choice()?,
+            tracing_threads: self.tracing_threads as usize,
+            predictor: self.predictor.choice()?,
+            even_blocks: choice("even_blocks", self.even_blocks, &[false, true])?,
             affinity: choice(
                 "affinity",
-                self.affinity,
+                self.affinity.0,
                 &[
                     AffinityPolicy::None,
                     AffinityPolicy::PreferBig,
                     AffinityPolicy::Exact {
                         propagation: self.propagation_core as usize,
-                        sound: self.sound_core as usize,
+                        sound: self.audio_core as usize,
                     },
                 ],
             )?,
@@ -158,18 +198,21 @@ impl Options {
             },
             ..EngineSettings::default()
         };
-        let hints = self.device_hints;
-        if hints > 3 {
+        let (hints, all) = (
+            self.device_hints,
+            DeviceHint::Thermal.0 | DeviceHint::Performance.0,
+        );
+        if hints > all {
             return Err(CallError::bad(format!(
-                "device_hints: {hints} is outside 0 to 3"
+                "device_hints: {hints} is outside 0 to {all}"
             )));
         }
-        settings.device_hints.thermal = hints & 1 != 0;
-        settings.device_hints.hints = hints & 2 != 0;
+        settings.device_hints.thermal = hints & DeviceHint::Thermal.0 != 0;
+        settings.device_hints.hints = hints & DeviceHint::Performance.0 != 0;
         settings.max_snapshot_paths = self.shown_paths as usize;
         settings.max_memory_bytes = (self.max_memory_mib as usize).saturating_mul(1 << 20);
         settings.generation.rate_hz = self.rate_hz;
-        settings.generation.max_sources = self.max_sources as usize;
+        settings.generation.max_sources = self.slots() as usize;
         settings.generation.max_voices = self.max_voices as usize;
         settings.generation.fine_voices = self.fine_voices as usize;
         settings.generation.max_delay_s = self.max_delay_s;
@@ -179,14 +222,23 @@ impl Options {
         settings.propagation.guide_rays = self.guide_rays;
         settings.propagation.source_rays = self.source_rays;
         settings.propagation.depth = self.depth as usize;
+        settings.propagation.diffraction_order = self.diffraction_order as usize;
         settings.propagation.seed = self.seed.into();
         settings.propagation.min_distance_m = self.min_distance_m;
-        settings.hrtf = match (choice("hrtf", self.hrtf, &[false, true])?, hrtf) {
-            (true, _) => Some(Arc::new(Hrtf::omnidirectional(self.rate_hz)?)),
-            (false, Some(bytes)) => Some(Arc::new(Hrtf::parse(bytes, "the HRTF set")?)),
+        settings.hrtf = match (choice("hrtf", self.hrtf.0, &[false, true])?, hrtf) {
+            (true, _) => Some(Arc::new(HrtfSet::omnidirectional(self.rate_hz)?)),
+            (false, Some(bytes)) => Some(Arc::new(HrtfSet::parse(bytes, "the HRTF set")?)),
             (false, None) => None,
         };
         Ok(settings)
+    }
+
+    /// Sources with a slot of their own.
+    fn slots(&self) -> u32 {
+        match self.source_slots {
+            0 => self.max_sources.min(MAX_SLOTS),
+            slots => slots,
+        }
     }
 }
 
@@ -201,6 +253,7 @@ mod tests {
         let ours = options.settings(None).expect("can be");
         let theirs = EngineSettings {
             affinity: AffinityPolicy::None,
+            max_sources: Some(EngineSettings::default().source_limit()),
             ..EngineSettings::default()
         };
         assert_eq!(format!("{ours:?}"), format!("{theirs:?}"));
@@ -213,7 +266,7 @@ mod tests {
     #[test]
     fn unknown_choices_are_refused() {
         let options = Options {
-            hrtf: 7,
+            hrtf: Hrtf(7),
             ..Options::default()
         };
         assert!(options.settings(None).is_err());

@@ -9,6 +9,8 @@ pub const POSE_BYTES: usize = 32;
 
 /// Position and orientation of a listener, a source or an instance.
 ///
+/// An element of an array, whose element size the functions take: a newer pose is longer.
+///
 /// Metres, right-handed, +y up. The orientation rotates local coordinates (+x right, +y up, -z ahead) into the world's: a
 /// quaternion x, y, z, w of length 1.
 #[repr(C)]
@@ -20,6 +22,17 @@ pub struct Pose {
     pub position_m: [f32; 3],
     /// Quaternion x, y, z, w; (0, 0, 0, 1) faces -z.
     pub orientation: [f32; 4],
+}
+
+impl Default for Pose {
+    /// At the origin, facing -z.
+    fn default() -> Self {
+        Self {
+            source: 0,
+            position_m: [0.0; 3],
+            orientation: [0.0, 0.0, 0.0, 1.0],
+        }
+    }
 }
 
 impl Pose {

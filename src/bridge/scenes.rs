@@ -5,20 +5,22 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use super::enumeration::UpAxis;
 use super::error::CallError;
 use super::handles::{HandleTable, Kind};
+use super::progress::observer;
 use super::record::record;
-use crate::scene::io::obj::{ObjOptions, UpAxis, load_obj};
+use crate::scene::io::obj::{self, ObjOptions, load_obj};
 use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 
 /// Scenes.
 pub static SCENES: HandleTable<Arc<Scene>> = HandleTable::new(Kind::Scene);
 
 record! {
-    /// Settings of a scene. Fill it with the defaults, then change fields.
+    /// Settings of a scene. Begin with FORESOUND_SCENE_OPTIONS_INIT or foresound_scene_options_default, then change fields.
     pub struct SceneOptions[size] {
-        /// Up axis of a file: 0 for +y, 1 for +z.
-        pub up: u32,
+        /// Upward axis of a file.
+        pub up: UpAxis,
         /// Metres a unit of a file, above zero.
         pub scale: f32,
         /// Air temperature in degrees Celsius.
@@ -27,19 +29,29 @@ record! {
         pub humidity_percent: f32,
         /// Static pressure in kPa.
         pub pressure_kpa: f32,
+        /// Least area in m² of a connected plane panel that reflects like a mirror; smaller ones block and scatter.
+        pub min_panel_m2: f32,
+        /// Largest area in m² of a panel whose free edges limit its reflection; 0: none.
+        pub max_finite_panel_m2: f32,
+        /// Maximum number of triangles; a mesh with more is refused.
+        pub max_triangles: u32,
     }
 }
 
 impl Default for SceneOptions {
     fn default() -> Self {
-        let medium = SceneSettings::default().medium;
+        let settings = SceneSettings::default();
+        let medium = settings.medium;
         Self {
             size: size_of::<Self>() as u32,
-            up: 0,
+            up: UpAxis::Y,
             scale: ObjOptions::default().scale,
             temperature_c: medium.temperature_c as f32,
             humidity_percent: medium.humidity_percent as f32,
             pressure_kpa: medium.pressure_kpa as f32,
+            min_panel_m2: settings.min_panel_m2 as f32,
+            max_finite_panel_m2: settings.max_finite_panel_m2 as f32,
+            max_triangles: settings.most_triangles as u32,
         }
     }
 }
@@ -56,34 +68,38 @@ impl SceneOptions {
         change(self.temperature_c, &mut settings.medium.temperature_c);
         change(self.humidity_percent, &mut settings.medium.humidity_percent);
         change(self.pressure_kpa, &mut settings.medium.pressure_kpa);
+        change(self.min_panel_m2, &mut settings.min_panel_m2);
+        change(self.max_finite_panel_m2, &mut settings.max_finite_panel_m2);
+        settings.most_triangles = self.max_triangles as usize;
         settings
     }
 
     fn obj(&self) -> Result<ObjOptions, CallError> {
         let up = match self.up {
-            0 => UpAxis::Y,
-            1 => UpAxis::Z,
-            other => {
+            UpAxis::Y => obj::UpAxis::Y,
+            UpAxis::Z => obj::UpAxis::Z,
+            UpAxis(other) => {
                 let text = format!("up: {other} is not 0 (+y) or 1 (+z)");
                 return Err(CallError::bad(text));
             }
         };
-        Ok(ObjOptions::default().with_scale(self.scale).with_up(up))
+        let mut options = ObjOptions::default().with_scale(self.scale).with_up(up);
+        options.most_triangles = self.max_triangles as usize;
+        Ok(options)
     }
 }
 
 record! {
     /// Properties of a scene.
-    #[derive(Default)]
-    pub struct SceneInfo {
+    pub struct SceneInfo[size, zeros] {
+        /// Materials that no table defines; they have the default's properties.
+        pub unknown_materials: u32,
         /// Triangles of the mesh.
         pub triangles_in: u64,
         /// Triangles kept: finite, with an area.
         pub triangles: u64,
         /// Plane surfaces that they form.
         pub surfaces: u64,
-        /// Materials that no table defines; they have the default's properties.
-        pub unknown_materials: u64,
         /// Memory of the scene in bytes.
         pub memory_bytes: u64,
         /// Speed of sound in m/s.
@@ -104,31 +120,21 @@ fn materials(text: Option<&str>) -> Result<MaterialTable, CallError> {
     Ok(table)
 }
 
-fn commit(
+/// Builds a scene from a mesh. `text` is the text of a materials file (TOML); `progress` a handle of
+/// [`super::progress`] or 0.
+///
+/// # Errors
+/// `Status::Format` for an invalid mesh or materials, `Status::BadArgument` for a property of air out of range,
+/// `Status::Cancelled`.
+pub fn from_mesh(
     mesh: &TriangleMesh,
     text: Option<&str>,
     options: &SceneOptions,
+    progress: u64,
 ) -> Result<u64, CallError> {
-    let scene = Scene::commit(mesh, &materials(text)?, &options.settings())?;
+    let observe = &mut observer(progress)?;
+    let scene = Scene::commit_observed(mesh, &materials(text)?, &options.settings(), observe)?;
     SCENES.insert(Arc::new(scene))
-}
-
-/// Builds a scene from triangles in metres, +y up. Both material lists may be empty: then every triangle has the
-/// material `default`. `materials` is the text of a materials file (TOML).
-///
-/// # Errors
-/// `Status::Format` for an invalid mesh or materials,
-/// `Status::BadArgument` for a property of air out of range.
-pub fn from_mesh(
-    positions: &[[f32; 3]],
-    indices: &[u32],
-    names: &[&str],
-    triangle_materials: &[u32],
-    materials: Option<&str>,
-    options: &SceneOptions,
-) -> Result<u64, CallError> {
-    let mesh = TriangleMesh::from_slices(positions, indices, names, triangle_materials)?;
-    commit(&mesh, materials, options)
 }
 
 /// Builds a scene from an OBJ file. `materials` is the text of a materials file (TOML).
@@ -139,9 +145,10 @@ pub fn from_file(
     path: &str,
     materials: Option<&str>,
     options: &SceneOptions,
+    progress: u64,
 ) -> Result<u64, CallError> {
     let file = load_obj(Path::new(path), &options.obj()?)?;
-    commit(&file.mesh, materials, options)
+    from_mesh(&file.mesh, materials, options, progress)
 }
 
 /// Properties of a scene.
@@ -152,10 +159,12 @@ pub fn info(scene: u64) -> Result<SceneInfo, CallError> {
     SCENES.with(scene, |scene| {
         let report = scene.report();
         Ok(SceneInfo {
+            size: size_of::<SceneInfo>() as u32,
+            unknown_materials: scene.defaulted_materials().len() as u32,
             triangles_in: report.triangles_in as u64,
             triangles: report.triangles as u64,
             surfaces: scene.surfaces().len() as u64,
-            unknown_materials: scene.defaulted_materials().len() as u64,
+
             memory_bytes: scene.memory_bytes() as u64,
             speed_of_sound_m_s: scene.speed_of_sound_m_s(),
             bounds_min_m: report.bounds_min.to_array(),

@@ -7,8 +7,7 @@ use crate::runtime::engine;
 const _: () = assert!(engine::MAX_CORNERS == 6);
 
 record! {
-    /// A path as a polyline from source to listener.
-    #[derive(Default)]
+    /// A path as a polyline from source to listener. An element of an array, whose element size foresound_engine_paths takes.
     pub struct ShownPath {
         /// Id of the source.
         pub source: u32,

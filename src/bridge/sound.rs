@@ -3,9 +3,11 @@
 //! [`render`] and [`write_stream`] are wait-free and do not allocate; their errors have static messages. A handle serves one
 //! thread at a time; a second concurrent call gets [`Status::Busy`] and silence.
 
+use super::enumeration::DeviceApi;
 use super::error::{CallError, Status};
 use super::handles::{HandleTable, Kind};
 use super::record::record;
+use crate::output::DeviceInterface;
 use crate::runtime::device::output::{DeviceOutput, DeviceReport};
 use crate::runtime::{RenderReport, Renderer, StreamWriter};
 
@@ -43,8 +45,7 @@ pub static OUTPUTS: HandleTable<DeviceOutput> = HandleTable::new(Kind::Output);
 
 record! {
     /// Result of one foresound_render.
-    #[derive(Default)]
-    pub struct RenderInfo {
+    pub struct RenderInfo[size, zeros] {
         /// Audio frames written.
         pub frames: u32,
         /// Graphics frames consumed.
@@ -69,6 +70,7 @@ record! {
 impl From<RenderReport> for RenderInfo {
     fn from(from: RenderReport) -> Self {
         Self {
+            size: size_of::<Self>() as u32,
             frames: from.frames,
             graphics_frames: from.graphics_frames,
             updates: from.updates,
@@ -172,8 +174,7 @@ pub fn start_output(renderer: u64, blocks_ahead: usize) -> Result<u64, CallError
 
 record! {
     /// Properties and state of a device.
-    #[derive(Default)]
-    pub struct OutputInfo {
+    pub struct OutputInfo[size, zeros] {
         /// 1 playing, 0 closed and to be opened again.
         pub playing: u32,
         /// Granted sample rate in Hz.
@@ -186,8 +187,8 @@ record! {
         pub exclusive: u32,
         /// 1 in low-latency mode.
         pub low_latency: u32,
-        /// 1 AAudio, 2 OpenSL ES, 0 neither.
-        pub interface: u32,
+        /// System library of the device.
+        pub device_api: DeviceApi,
         /// Latency of the ring buffer in audio frames.
         pub ring_frames: u32,
         /// Successful attempts to open a device.
@@ -201,9 +202,9 @@ record! {
         /// Underruns counted by the device since it was opened.
         pub xruns: u32,
         /// Minimum audio frames of a callback.
-        pub least_frames: u32,
+        pub min_callback_frames: u32,
         /// Maximum audio frames of a callback.
-        pub most_frames: u32,
+        pub max_callback_frames: u32,
         /// Callbacks.
         pub callbacks: u64,
         /// Audio frames that were not rendered in time.
@@ -215,21 +216,26 @@ impl From<DeviceReport> for OutputInfo {
     fn from(from: DeviceReport) -> Self {
         let grant = from.grant.unwrap_or_default();
         Self {
+            size: size_of::<Self>() as u32,
             playing: from.grant.is_some().into(),
             rate_hz: grant.rate_hz,
             burst_frames: grant.burst_frames,
             buffer_frames: grant.buffer_frames,
             exclusive: grant.exclusive.into(),
             low_latency: grant.low_latency.into(),
-            interface: grant.interface as u32,
+            device_api: match grant.interface {
+                DeviceInterface::Other => DeviceApi::Other,
+                DeviceInterface::AAudio => DeviceApi::Aaudio,
+                DeviceInterface::OpenSlEs => DeviceApi::OpenslEs,
+            },
             ring_frames: from.ring_frames,
             opened: from.opened,
             refused: from.refused,
             lost: from.lost,
             stalled: from.stalled,
             xruns: from.xruns,
-            least_frames: from.min_callback_frames,
-            most_frames: from.max_callback_frames,
+            min_callback_frames: from.min_callback_frames,
+            max_callback_frames: from.max_callback_frames,
             callbacks: from.callbacks,
             underrun_frames: from.underrun_frames,
         }

@@ -1,11 +1,22 @@
 //! Statistics of an engine as plain numbers.
 
+use super::enumeration::EngineState;
 use super::record::record;
-use crate::runtime::{EngineState, Statistics, engine};
+use crate::runtime::{self, Statistics, engine};
+
+impl From<runtime::EngineState> for EngineState {
+    fn from(from: runtime::EngineState) -> Self {
+        match from {
+            runtime::EngineState::Running => Self::Running,
+            runtime::EngineState::Paused => Self::Paused,
+            runtime::EngineState::PropagationFailed => Self::PropagationFailed,
+            runtime::EngineState::RendererGone => Self::RendererGone,
+        }
+    }
+}
 
 record! {
-    /// Percentiles of durations in seconds; zeros without a measurement.
-    #[derive(Default)]
+    /// Percentiles of durations in seconds; zeros without a measurement. Part of other structures: never changes.
     pub struct Percentiles {
         /// Number of measurements.
         pub count: u64,
@@ -22,16 +33,21 @@ record! {
 
 record! {
     /// Statistics of an engine. Counts are since its creation.
-    #[derive(Default)]
-    pub struct EngineStatistics {
-        /// 0 running, 1 paused, 2 propagation failed (restart), 3 the renderer was closed (create another engine).
-        pub state: u32,
+    pub struct EngineStatistics[size, zeros] {
+        /// State of the engine.
+        pub state: EngineState,
         /// Extrapolation level L in use.
         pub extrapolation_level: u32,
         /// Paths in the update in use.
         pub paths: u32,
         /// Number of sources.
         pub sources: u32,
+        /// Quality level in use, 0 full detail to 5 the coarsest.
+        pub quality_level: u32,
+        /// Real-time priority of the audio thread; 0 outside that class.
+        pub audio_priority: i32,
+        /// Niceness of the audio thread, -20 to 19.
+        pub audio_nice: i32,
         /// Durations of propagation updates.
         pub propagation: Percentiles,
         /// Durations of extrapolation a graphics frame.
@@ -59,11 +75,7 @@ record! {
         /// Cores allowed for the propagation thread, a bit each.
         pub propagation_cores: u64,
         /// Cores allowed for the audio thread, a bit each.
-        pub sound_cores: u64,
-        /// Real-time priority of the audio thread; 0 outside that class.
-        pub sound_priority: i32,
-        /// Niceness of the audio thread, -20 to 19.
-        pub sound_nice: i32,
+        pub audio_cores: u64,
     }
 }
 
@@ -81,17 +93,16 @@ impl From<engine::Percentiles> for Percentiles {
 
 impl EngineStatistics {
     /// From the engine's statistics and state.
-    pub fn new(from: &Statistics, state: EngineState, sources: usize) -> Self {
+    pub fn new(from: &Statistics, state: runtime::EngineState, sources: usize) -> Self {
         Self {
-            state: match state {
-                EngineState::Running => 0,
-                EngineState::Paused => 1,
-                EngineState::PropagationFailed => 2,
-                EngineState::RendererGone => 3,
-            },
+            size: size_of::<Self>() as u32,
+            state: state.into(),
             extrapolation_level: from.extrapolation_level,
             paths: from.paths,
             sources: sources as u32,
+            quality_level: from.quality_level.0.into(),
+            audio_priority: from.sound_placement.realtime_priority,
+            audio_nice: from.sound_placement.nice,
             propagation: from.propagation.into(),
             extrapolation: from.extrapolation.into(),
             generation: from.generation.into(),
@@ -105,9 +116,7 @@ impl EngineStatistics {
             propagation_s: from.propagation_s,
             graphics_frame_s: from.graphics_frame_s,
             propagation_cores: from.propagation_placement.cores,
-            sound_cores: from.sound_placement.cores,
-            sound_priority: from.sound_placement.realtime_priority,
-            sound_nice: from.sound_placement.nice,
+            audio_cores: from.sound_placement.cores,
         }
     }
 }

@@ -31,7 +31,7 @@ impl SourceId {
         (self.0 & ((1 << SLOT_BITS) - 1)) as usize
     }
 
-    /// Number of earlier sources of the slot.
+    /// Number of the slot's source; an engine's count from 1.
     pub const fn generation(self) -> u32 {
         self.0 >> SLOT_BITS
     }

@@ -3,18 +3,21 @@
 use std::ffi::c_char;
 
 use super::answer;
-use super::memory::{aligned, slice, slice_mut, store, structure, text, value};
+use super::memory::{
+    Elements, Variable, aligned, element, elements, slice, slice_mut, store, structure, text,
+};
 use crate::bridge::engine::ENGINES;
 use crate::bridge::error::{CallError, Status, catch_panic};
 use crate::bridge::pose::Pose;
 use crate::bridge::scenes::{self, SceneOptions};
 use crate::bridge::shown_paths::ShownPath;
 use crate::bridge::sound::{self, RenderInfo};
+use crate::scene::TriangleMesh;
 
 /// Submits a graphics frame: the listener's pose, and the poses of the sources that moved. Meant for one call a frame;
 /// never waits for propagation or sound, except that the synchronous schedule runs propagation in it. After an invalid pose
-/// or an unknown source it fails, and the frame is submitted with the last valid poses. `sources`: null if none. Control
-/// thread.
+/// or an unknown source it fails, and the frame is submitted with the last valid poses. `sources`: null if none.
+/// `pose_size`: sizeof(ForesoundPose). Control thread.
 ///
 /// # Safety
 /// Pointers are null or valid as the header says.
@@ -24,19 +27,19 @@ pub unsafe extern "C" fn foresound_engine_tick(
     listener: *const Pose,
     sources: *const Pose,
     source_count: usize,
+    pose_size: usize,
 ) -> Status {
     answer(|| {
         // SAFETY: the caller's obligation.
-        let listener = unsafe { value("listener", listener) }?;
+        let listener = unsafe { element("listener", listener, pose_size) }?;
         // SAFETY: the caller's obligation.
-        let sources = unsafe { slice("sources", sources, source_count) }?;
-        let poses = sources.iter().copied();
+        let poses = unsafe { elements("sources", sources, source_count, pose_size) }?;
         ENGINES.with(engine, |engine| engine.tick(listener.listener(), poses))
     })
 }
 
 /// Writes the loudest paths of the newest update, in no order, as many as fit, and their number. At most the option
-/// `shown_paths` of them are available. Control thread.
+/// `shown_paths` of them are available. `path_size`: sizeof(ForesoundShownPath). Control thread.
 ///
 /// # Safety
 /// Pointers are null or valid as the header says.
@@ -44,6 +47,7 @@ pub unsafe extern "C" fn foresound_engine_tick(
 pub unsafe extern "C" fn foresound_engine_paths(
     engine: u64,
     paths: *mut ShownPath,
+    path_size: usize,
     capacity: usize,
     count: *mut usize,
 ) -> Status {
@@ -55,11 +59,8 @@ pub unsafe extern "C" fn foresound_engine_paths(
             return Err(CallError::bad(text));
         }
         // SAFETY: the caller's obligation.
-        let paths = unsafe { slice_mut("paths", paths, capacity) }?;
-        let written = ENGINES.with(engine, |engine| {
-            let pairs = paths.iter_mut().zip(engine.shown_paths());
-            Ok(pairs.map(|(path, shown)| *path = shown).count())
-        })?;
+        let paths = unsafe { Elements::new("paths", paths, capacity, path_size) }?;
+        let written = ENGINES.with(engine, |engine| Ok(paths.store(engine.shown_paths())))?;
         // SAFETY: the caller's obligation.
         unsafe { store("count", count, written) }
     })
@@ -67,8 +68,8 @@ pub unsafe extern "C" fn foresound_engine_paths(
 
 /// Builds a scene from triangles: three coordinates a vertex in metres, +y up, and three indices a triangle. With
 /// materials: their names, and one index into them a triangle; without: null and zero. `materials_toml`: the text of a
-/// materials file, or null. `options`: null for the defaults. Takes milliseconds to seconds: a control thread, but not the
-/// one that draws.
+/// materials file, or null. `options`: null for the defaults. `progress`: a handle of foresound_progress_create, or 0. Takes
+/// milliseconds to seconds: a control thread, but not the one that draws.
 ///
 /// # Safety
 /// Pointers are null or valid as the header says.
@@ -83,6 +84,7 @@ pub unsafe extern "C" fn foresound_scene_from_mesh(
     material_count: usize,
     materials_toml: *const c_char,
     options: *const SceneOptions,
+    progress: u64,
     scene: *mut u64,
 ) -> Status {
     answer(|| {
@@ -113,14 +115,8 @@ pub unsafe extern "C" fn foresound_scene_from_mesh(
         }
         // SAFETY: the caller's obligation.
         let toml = unsafe { text("materials_toml", materials_toml) }?;
-        let made = scenes::from_mesh(
-            positions,
-            indices,
-            &names,
-            triangle_materials,
-            toml,
-            &options,
-        )?;
+        let mesh = TriangleMesh::from_slices(positions, indices, &names, triangle_materials)?;
+        let made = scenes::from_mesh(&mesh, toml, &options, progress)?;
         // SAFETY: the caller's obligation.
         unsafe { store("scene", scene, made) }
     })
@@ -155,12 +151,15 @@ pub unsafe extern "C" fn foresound_render(
         check_array(output, frames, 1 << 24)?;
         // SAFETY: the caller's obligation.
         let output = unsafe { slice_mut("output", output, 2 * frames) }?;
+        let info = if info.is_null() {
+            Ok(None)
+        } else {
+            // SAFETY: not null; the rest is the caller's obligation.
+            aligned(info).and_then(|()| unsafe { Variable::new(info) }.map(Some))
+        };
+        let info = info.inspect_err(|_| output.fill(0.0))?;
         let rendered = sound::render(renderer, output)?;
-        if !info.is_null() {
-            // SAFETY: the caller's obligation.
-            unsafe { store("info", info, rendered) }?;
-        }
-        Ok(())
+        info.map_or(Ok(()), |info| info.store(rendered))
     });
     result.map_or_else(|error| error.status, |()| Status::Ok)
 }

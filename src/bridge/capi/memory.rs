@@ -1,14 +1,16 @@
 //! Pointers from C: checked for null and alignment.
 
 use std::ffi::{CStr, c_char};
+use std::ptr;
 
+use crate::bridge::enumeration::Enumeration;
 use crate::bridge::error::{CallError, Status};
 use crate::bridge::interface::{
-    Bytes, Count, Flag, Handle, HandleOut, Id, In, Kind, OptionalBytes, OptionalText, Out, PoseIn,
-    Real, Samples, Size, Text,
+    Bytes, Choice, Count, Flag, Handle, HandleOut, Id, In, Kind, OptionalBytes, OptionalText, Out,
+    PoseIn, Real, Samples, Size, Text,
 };
 use crate::bridge::pose::Pose;
-use crate::bridge::record::Record;
+use crate::bridge::record::{Growing, MAX_BYTES, check_size};
 
 /// An error with a static message, for audio calls too, for a misaligned pointer.
 pub(super) fn aligned<T>(pointer: *const T) -> Result<(), CallError> {
@@ -83,14 +85,27 @@ pub(super) unsafe fn store<T>(name: &str, pointer: *mut T, value: T) -> Result<(
     Ok(())
 }
 
-/// Reads a value.
+/// Reads one structure without a size of its own.
 ///
 /// # Safety
-/// A pointer that is not null is valid for a read.
-pub(super) unsafe fn value<T: Copy>(name: &str, pointer: *const T) -> Result<T, CallError> {
-    check(name, pointer)?;
-    // SAFETY: not null, aligned; the rest is the caller's obligation.
-    Ok(unsafe { pointer.read() })
+/// A pointer that is not null is valid for reads of `size` bytes. Any bytes are a `T`.
+pub(super) unsafe fn element<T: Copy + Default>(
+    name: &str,
+    pointer: *const T,
+    size: usize,
+) -> Result<T, CallError> {
+    // SAFETY: the caller's obligation.
+    let mut only = unsafe { elements(name, pointer, 1, size) }?;
+    only.next().ok_or_else(|| CallError::null(name))
+}
+
+/// The size that a caller's structure begins with. Its error's message is static.
+///
+/// # Safety
+/// The pointer is not null, aligned and valid for a read of a `u32`.
+unsafe fn size_at<T: Growing>(pointer: *const T) -> Result<usize, CallError> {
+    // SAFETY: the caller's obligation.
+    check_size::<T>(unsafe { pointer.cast::<u32>().read() })
 }
 
 /// Reads a structure that begins with its size in bytes. Fields beyond that size keep their defaults; a null pointer means
@@ -99,27 +114,122 @@ pub(super) unsafe fn value<T: Copy>(name: &str, pointer: *const T) -> Result<T, 
 /// # Safety
 /// A pointer that is not null is valid for reads of as many bytes as its first `u32` says. `T` begins with that `u32` and
 /// has numbers only.
-pub(super) unsafe fn structure<T: Copy + Default>(
-    name: &str,
-    pointer: *const T,
-) -> Result<T, CallError> {
+pub(super) unsafe fn structure<T: Growing>(name: &str, pointer: *const T) -> Result<T, CallError> {
     if pointer.is_null() {
         return Ok(T::default());
     }
     check(name, pointer)?;
     // SAFETY: not null, aligned; begins with its size by the caller's obligation.
-    let size = unsafe { pointer.cast::<u32>().read() } as usize;
-    if !(size_of::<u32>()..=4096).contains(&size) {
-        let text = format!("{name}: size {size} is invalid; begin with the defaults");
-        return Err(CallError::bad(text));
-    }
+    let size = unsafe { size_at(pointer) }.map_err(|error| named(name, &error))?;
     let mut options = T::default();
-    let known = size.min(size_of::<T>());
-    // SAFETY: both have this many bytes and do not overlap; a `T` of numbers has no invalid bytes.
-    unsafe {
-        std::ptr::copy_nonoverlapping(pointer.cast::<u8>(), (&raw mut options).cast(), known);
-    }
+    // SAFETY: valid for this many bytes, see above; a `T` of numbers has no invalid bytes.
+    unsafe { copy_start(pointer.cast(), &mut options, size) };
     Ok(options)
+}
+
+/// Copies the first `size` bytes of a caller's structure, as many as a `T` has, and leaves the others as they are.
+///
+/// # Safety
+/// The pointer is valid for reads of `size` bytes. Any bytes are a `T`.
+unsafe fn copy_start<T>(pointer: *const u8, target: &mut T, size: usize) {
+    let known = size.min(size_of::<T>());
+    // SAFETY: both have this many bytes and do not overlap; the rest is the caller's obligation.
+    unsafe { std::ptr::copy_nonoverlapping(pointer, ptr::from_mut(target).cast(), known) };
+}
+
+fn named(name: &str, error: &CallError) -> CallError {
+    CallError::new(error.status, format!("{name}: {error}"))
+}
+
+/// Reads elements of an array of structures without a size of their own, `stride` bytes apart.
+///
+/// # Errors
+/// `Status::BadArgument` for a stride that no version of the structure has, and for misalignment.
+///
+/// # Safety
+/// A pointer that is not null is valid for reads of `count` x `stride` bytes during `'a`. Any bytes are a `T`.
+pub(super) unsafe fn elements<'a, T: Copy + Default + 'a>(
+    name: &str,
+    pointer: *const T,
+    count: usize,
+    stride: usize,
+) -> Result<impl Iterator<Item = T> + use<'a, T>, CallError> {
+    check_stride::<T>(name, stride)?;
+    let bytes = count.checked_mul(stride).unwrap_or(usize::MAX);
+    if count > 0 {
+        aligned(pointer)?;
+    }
+    // SAFETY: the caller's obligation.
+    let bytes = unsafe { slice::<u8>(name, pointer.cast(), bytes) }?;
+    Ok(bytes.chunks_exact(stride).map(|element| {
+        let mut value = T::default();
+        // SAFETY: the element's bytes.
+        unsafe { copy_start(element.as_ptr(), &mut value, element.len()) };
+        value
+    }))
+}
+
+/// An error for an element size that is smaller than the first version's, uninitialised or misaligned.
+fn check_stride<T>(name: &str, stride: usize) -> Result<(), CallError> {
+    if (size_of::<T>()..=MAX_BYTES).contains(&stride) && stride.is_multiple_of(align_of::<T>()) {
+        return Ok(());
+    }
+    Err(CallError::bad(format!(
+        "{name}: an element size of {stride} is invalid; pass the structure's sizeof"
+    )))
+}
+
+/// A caller's array of structures without a size of their own, `stride` bytes apart.
+pub(super) struct Elements<T> {
+    pointer: *mut T,
+    count: usize,
+    stride: usize,
+}
+
+impl<T: Copy> Elements<T> {
+    /// Checks the array.
+    ///
+    /// # Errors
+    /// As [`elements`].
+    ///
+    /// # Safety
+    /// A pointer that is not null is valid for writes of `count` x `stride` bytes while this exists.
+    pub(super) unsafe fn new(
+        name: &str,
+        pointer: *mut T,
+        count: usize,
+        stride: usize,
+    ) -> Result<Self, CallError> {
+        check_stride::<T>(name, stride)?;
+        if count > 0 {
+            aligned(pointer)?;
+            let bytes = count.checked_mul(stride).unwrap_or(usize::MAX);
+            check_array::<u8>(name, pointer.cast(), bytes)?;
+        }
+        Ok(Self {
+            pointer,
+            count,
+            stride,
+        })
+    }
+
+    /// Writes as many values as fit, with zeros behind each; returns their number.
+    pub(super) fn store(&self, values: impl Iterator<Item = T>) -> usize {
+        let mut stored = 0;
+        for (index, value) in values.take(self.count).enumerate() {
+            // SAFETY: within the array.
+            let element = unsafe { self.pointer.byte_add(index * self.stride) };
+            // SAFETY: aligned like the first, since the stride is a multiple of the alignment.
+            unsafe { element.write(value) };
+            let rest = self.stride - size_of::<T>();
+            // SAFETY: within the element, whose size is the stride.
+            let end = unsafe { element.cast::<u8>().add(size_of::<T>()) };
+            // SAFETY: the same.
+            unsafe { end.write_bytes(0, rest) };
+            stored += 1;
+        }
+        stored
+    }
 }
 
 /// A text in UTF-8; `None` for null.
@@ -144,9 +254,15 @@ pub(super) unsafe fn text<'a>(
 /// A kind of parameter as it comes from C.
 pub(super) trait FromC<'a> {
     /// The pointer or number; an array's also has the length.
-    type Raw;
+    type Raw: Copy;
     /// The value in Rust.
     type Value;
+
+    /// Clears a result, before any parameter is checked: nothing is left in it after a failure.
+    ///
+    /// # Safety
+    /// As [`Self::from_c`].
+    unsafe fn clear(_: Self::Raw) {}
 
     /// Checks and converts a parameter.
     ///
@@ -191,15 +307,35 @@ kinds! {
         (pointer, count) => unsafe { slice(name, pointer, count) }.map(Some),
     };
     // SAFETY: the caller's obligation.
-    PoseIn: *const Pose => Pose, |name, raw| unsafe { value(name, raw) };
-    HandleOut: *mut u64 => Variable<u64>, |name, raw| {
-        // SAFETY: the caller's obligation.
-        unsafe { store(name, raw, 0) }?;
-        Ok(Variable(raw))
-    };
+    PoseIn: (*const Pose, usize) => Pose, |name, raw| unsafe { element(name, raw.0, raw.1) };
 }
 
-impl<T: Record + Default> FromC<'_> for In<T> {
+impl FromC<'_> for HandleOut {
+    type Raw = *mut u64;
+    type Value = HandleVariable;
+
+    unsafe fn clear(raw: *mut u64) {
+        // A pointer that is none is an error of `from_c`.
+        // SAFETY: the caller's obligation.
+        let _ = unsafe { store("handle", raw, 0) };
+    }
+
+    unsafe fn from_c(name: &'static str, raw: *mut u64) -> Result<HandleVariable, CallError> {
+        check(name, raw)?;
+        Ok(HandleVariable(raw))
+    }
+}
+
+impl<T: Enumeration> FromC<'_> for Choice<T> {
+    type Raw = T;
+    type Value = T;
+
+    unsafe fn from_c(_: &'static str, raw: T) -> Result<T, CallError> {
+        Ok(raw)
+    }
+}
+
+impl<T: Growing> FromC<'_> for In<T> {
     type Raw = *const T;
     type Value = T;
 
@@ -209,24 +345,62 @@ impl<T: Record + Default> FromC<'_> for In<T> {
     }
 }
 
-impl<T: Record> FromC<'_> for Out<T> {
+impl<T: Growing> FromC<'_> for Out<T> {
     type Raw = *mut T;
     type Value = Variable<T>;
 
     unsafe fn from_c(name: &'static str, raw: *mut T) -> Result<Variable<T>, CallError> {
         check(name, raw)?;
-        Ok(Variable(raw))
+        // SAFETY: the caller's obligation.
+        unsafe { Variable::new(raw) }.map_err(|error| named(name, &error))
     }
 }
 
-/// A caller's variable, checked.
-pub(super) struct Variable<T>(*mut T);
+/// A caller's variable for a handle, checked.
+pub(super) struct HandleVariable(*mut u64);
 
-impl<T> Variable<T> {
-    /// Writes the variable.
-    pub(super) fn store(&self, value: T) -> Result<(), CallError> {
+impl HandleVariable {
+    /// Writes the handle.
+    pub(super) fn store(&self, handle: u64) -> Result<(), CallError> {
         // SAFETY: not null, aligned and valid for writes during the call, see `from_c`.
-        unsafe { self.0.write(value) };
+        unsafe { self.0.write(handle) };
+        Ok(())
+    }
+}
+
+/// A caller's structure, checked, and its size in the caller's header.
+pub(super) struct Variable<T> {
+    pointer: *mut T,
+    size: usize,
+}
+
+impl<T: Growing> Variable<T> {
+    /// Reads the size. Its error's message is static.
+    ///
+    /// # Safety
+    /// The pointer is not null, aligned and valid for reads and writes, while this exists, of as many bytes as its first
+    /// `u32` says.
+    pub(super) unsafe fn new(pointer: *mut T) -> Result<Self, CallError> {
+        // SAFETY: the caller's obligation.
+        let size = unsafe { size_at(pointer) }?;
+        Ok(Self { pointer, size })
+    }
+
+    /// Writes as many fields as the caller's structure has, and zeros into fields of a newer caller. The size stays.
+    pub(super) fn store(&self, value: T) -> Result<(), CallError> {
+        const START: usize = size_of::<u32>();
+        let known = self.size.min(size_of::<T>());
+        let bytes = self.pointer.cast::<u8>();
+        // SAFETY: `size` bytes are valid for writes, see `new`, and not less than `START`.
+        let target = unsafe { bytes.add(START) };
+        // SAFETY: within a `T`.
+        let source = unsafe { (&raw const value).cast::<u8>().add(START) };
+        // SAFETY: both have this many bytes and do not overlap.
+        unsafe { std::ptr::copy_nonoverlapping(source, target, known - START) };
+        // SAFETY: `known` is not more than `size`.
+        let rest = unsafe { bytes.add(known) };
+        // SAFETY: the same.
+        unsafe { rest.write_bytes(0, self.size - known) };
         Ok(())
     }
 }
@@ -242,7 +416,11 @@ impl Returned for Handle {
 }
 
 impl Returned for Id {
-    const NONE: u32 = u32::MAX;
+    const NONE: u32 = 0;
+}
+
+impl Returned for Real {
+    const NONE: f32 = 0.0;
 }
 
 impl Returned for Count {

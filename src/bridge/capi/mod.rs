@@ -4,24 +4,27 @@
 //! pointers: null and alignment are checked, validity is the caller's obligation.
 
 mod arrays;
+mod log_callback;
 mod memory;
 
 use std::cell::RefCell;
 use std::ffi::{CString, c_char};
 
 pub use arrays::*;
+pub use log_callback::*;
 
-use super::engine::{self, ENGINES, SourceOptions};
+use super::engine::{self, ENGINES, PropagationOptions, SourceOptions};
+use super::enumeration::{Predictor, Schedule};
 use super::error::{CallError, Status, catch_panic};
 use super::health::{BudgetOptions, EngineHealth};
 use super::interface::{
-    Bytes, Count, Flag, Handle, HandleOut, Id, In, Kind, OptionalBytes, OptionalText, Out, PoseIn,
-    Real, Samples, Size, Text, result, shared_functions,
+    Bytes, Choice, Count, Flag, Handle, HandleOut, Id, In, Kind, OptionalBytes, OptionalText, Out,
+    PoseIn, Real, Samples, Size, Text, result, shared_functions,
 };
 use super::pose::source_id;
 use super::scenes::{SceneInfo, SceneOptions};
 use super::sound::OutputInfo;
-use super::{EngineStatistics, Options, clip, instances, scenes, sound};
+use super::{EngineStatistics, Options, clip, instances, progress, scenes, sound};
 use memory::{FromC, Returned, store};
 
 thread_local! {
@@ -44,7 +47,7 @@ fn answer(call: impl FnOnce() -> Result<(), CallError>) -> Status {
 }
 
 /// Version of this interface: 65,536 x major + 256 x minor + patch. Another major number than
-/// FORESOUND_API_VERSION's is incompatible. Any thread.
+/// FORESOUND_API_VERSION's is incompatible, and foresound_engine_create refuses it. Any thread.
 #[unsafe(no_mangle)]
 pub extern "C" fn foresound_version() -> u32 {
     super::VERSION
@@ -84,6 +87,8 @@ macro_rules! c_functions {
                 $($result: *mut <$result_kind as Kind>::C)?
             ) -> Status {
                 answer(|| {
+                    // SAFETY: the caller's obligation.
+                    $(unsafe { <$kind as FromC>::clear(($parameter $(, $count)?)) };)*
                     // SAFETY: the caller's obligation.
                     $(unsafe { store(stringify!($result), $result, <$result_kind as Returned>::NONE) }?;)?
                     $(

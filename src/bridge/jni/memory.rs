@@ -9,13 +9,14 @@ use ::jni::objects::{
 use ::jni::sys::{jboolean, jfloat, jint, jlong};
 use ::jni::{Env, jni_sig, jni_str};
 
+use crate::bridge::enumeration::Enumeration;
 use crate::bridge::error::{CallError, Status};
 use crate::bridge::interface::{
-    Buffer, BufferOut, Bytes, Count, Flag, Handle, HandleOut, Id, In, Indices, List, OptionalBytes,
-    OptionalText, Out, PoseIn, Real, Samples, Size, Text, Texts,
+    Buffer, BufferOut, Bytes, Choice, Count, Flag, Handle, HandleOut, Id, In, Indices, List,
+    OptionalBytes, OptionalText, Out, PoseIn, Real, Samples, Size, Text, Texts,
 };
 use crate::bridge::pose::Pose;
-use crate::bridge::record::Record;
+use crate::bridge::record::{Field, Growing, Record};
 
 /// A kind of parameter as it comes from Java.
 pub(super) trait FromJava {
@@ -106,7 +107,16 @@ kinds! {
     };
 }
 
-impl<T: Record + Default> FromJava for In<T> {
+impl<T: Enumeration + Field> FromJava for Choice<T> {
+    type Raw<'l> = jint;
+    type Value<'a> = T;
+
+    fn from_java<'a>(_: &'a Env<'_>, name: &'static str, raw: &'a jint) -> Result<T, CallError> {
+        T::read(name, &mut &[f64::from(*raw)][..])
+    }
+}
+
+impl<T: Growing> FromJava for In<T> {
     type Raw<'l> = JDoubleArray<'l>;
     type Value<'a> = T;
 
@@ -120,7 +130,7 @@ impl<T: Record + Default> FromJava for In<T> {
     }
 }
 
-impl<T: Record> FromJava for Out<T> {
+impl<T: Growing> FromJava for Out<T> {
     type Raw<'l> = JDoubleArray<'l>;
     type Value<'a> = RecordOut<'a>;
 
@@ -151,6 +161,7 @@ results! {
     Handle: u64 => jlong;
     Id: u32 => jint;
     Count: u32 => jint;
+    Real: f32 => jfloat;
 }
 
 /// Java has no unsigned integers.

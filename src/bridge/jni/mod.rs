@@ -17,20 +17,22 @@ use ::jni::strings::JNIString;
 use ::jni::sys::{JNI_ERR, JNI_VERSION_1_6, jint};
 use ::jni::{Env, EnvUnowned, JavaVM, NativeMethod, jni_str};
 
-use super::engine::{self, ENGINES, SourceOptions};
+use super::engine::{self, ENGINES, PropagationOptions, SourceOptions};
+use super::enumeration::{Predictor, Schedule};
 use super::error::{CallError, catch_panic};
 use super::health::{BudgetOptions, EngineHealth};
 use super::interface::{
-    Buffer, BufferOut, Bytes, Count, Flag, Handle, HandleOut, Id, In, Indices, List, OptionalBytes,
-    OptionalText, Out, PoseIn, Real, Samples, Size, Text, Texts, functions, java_functions, result,
-    shared_functions,
+    Buffer, BufferOut, Bytes, Choice, Count, Flag, Handle, HandleOut, Id, In, Indices, List,
+    OptionalBytes, OptionalText, Out, PoseIn, Real, Samples, Size, Text, Texts, functions,
+    java_functions, result, shared_functions,
 };
 use super::pose::{POSE_BYTES, Pose, source_id};
 use super::record::Field;
 use super::scenes::{SceneInfo, SceneOptions};
 use super::shown_paths::ShownPath;
 use super::sound::OutputInfo;
-use super::{EngineStatistics, Options, VERSION, clip, instances, scenes, sound};
+use super::{EngineStatistics, Options, VERSION, clip, instances, progress, scenes, sound};
+use crate::scene::TriangleMesh;
 use memory::{FromJava, Returned};
 use throw::Throw;
 
@@ -44,11 +46,11 @@ pub unsafe extern "system" fn JNI_OnLoad(vm: *mut ::jni::sys::JavaVM, _: *mut c_
         return JNI_ERR;
     }
     #[cfg(target_os = "android")]
-    android_logger::init_once(
+    super::logging::install(Some(Box::new(android_logger::AndroidLogger::new(
         android_logger::Config::default()
             .with_max_level(log::LevelFilter::Info)
             .with_tag("foresound"),
-    );
+    ))));
     // SAFETY: not null; a virtual machine by the caller's obligation.
     let vm = unsafe { JavaVM::from_raw(vm) };
     match catch_panic(|| vm.attach_current_thread(register)) {

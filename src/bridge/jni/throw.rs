@@ -23,7 +23,13 @@ fn class_of(status: Status) -> &'static JNIStr {
             jni_str!("java/lang/IllegalArgumentException")
         }
         Status::File => jni_str!("java/io/IOException"),
-        Status::Ok | Status::Closed | Status::Busy | Status::State | Status::Full => {
+        Status::Cancelled => jni_str!("java/util/concurrent/CancellationException"),
+        Status::Ok
+        | Status::Version
+        | Status::Closed
+        | Status::Busy
+        | Status::State
+        | Status::Full => {
             jni_str!("java/lang/IllegalStateException")
         }
         Status::Panic => jni_str!("java/lang/RuntimeException"),

@@ -1,7 +1,7 @@
 //! Table of sources. Entries have generations, so a stale handle is an error and never refers to another source.
 //!
-//! Control side. A handle is never given again: an entry has 1,048,576 generations and is out of use after the last. Free
-//! entries are used in turn.
+//! Control side. A handle is never given again: an entry has 1,048,575 generations, from 1 on, and is out of use after the
+//! last. Free entries are used in turn. A handle's bits are never 0.
 
 use std::collections::VecDeque;
 
@@ -74,7 +74,7 @@ impl SourceTable {
         Self {
             slots: (0..slots)
                 .map(|_| SourceEntry {
-                    generation: 0,
+                    generation: 1,
                     state: None,
                     release: SlotRelease::Free,
                 })

@@ -109,6 +109,35 @@ impl Scene {
         materials: &MaterialTable,
         settings: &SceneSettings,
     ) -> Result<Self> {
+        Self::commit_observed(mesh, materials, settings, &mut |_| true)
+    }
+
+    /// As [`Self::commit`], and calls `observe` with the share that is done, 0 to 1, before and after each of four phases (mesh,
+    /// tree, edges, panels); it cancels by returning `false`. A phase takes up to a second for a million triangles.
+    ///
+    /// # Errors
+    /// As [`Self::commit`]; [`Error::Cancelled`].
+    ///
+    /// # Examples
+    /// ```
+    /// use foresound::{Error, MaterialTable, Scene, SceneSettings, shoebox};
+    ///
+    /// let room = shoebox([8.0, 3.0, 5.0], "plaster");
+    /// let settings = SceneSettings::default();
+    /// let cancelled = Scene::commit_observed(&room, &MaterialTable::built_in(), &settings, &mut |done| done < 0.5);
+    /// assert_eq!(cancelled.err(), Some(Error::Cancelled));
+    /// ```
+    pub fn commit_observed(
+        mesh: &TriangleMesh,
+        materials: &MaterialTable,
+        settings: &SceneSettings,
+        observe: &mut dyn FnMut(f32) -> bool,
+    ) -> Result<Self> {
+        let mut report = |done: f32| match observe(done) {
+            true => Ok(()),
+            false => Err(Error::Cancelled),
+        };
+        report(0.0)?;
         let speed_of_sound_m_s = settings.medium.speed_of_sound_m_s();
         let air_np_per_m = settings.medium.absorption_np_per_m();
         let sound = speed_of_sound_m_s.is_finite() && speed_of_sound_m_s > 0.0;
@@ -140,11 +169,13 @@ impl Scene {
             speed_m_s: speed_of_sound_m_s,
         };
         let mesh = commit_rough_mesh(mesh, materials, settings.min_panel_m2, rough)?;
+        report(0.25)?;
         let bvh = Bvh::build(
             &mesh.vertices,
             &mesh.triangles,
             &mesh.surfaces.triangle_surface,
         );
+        report(0.6)?;
         let edges = EdgeSet::build(
             &mesh.vertices,
             &mesh.triangles,
@@ -152,6 +183,7 @@ impl Scene {
             mesh.centre,
             &bvh,
         );
+        report(0.9)?;
         let finite_panels = FinitePanels::build(
             &mesh.vertices,
             &mesh.triangles,
@@ -159,6 +191,7 @@ impl Scene {
             &bvh,
             settings.max_finite_panel_m2,
         );
+        report(1.0)?;
         Ok(Self {
             bvh: Arc::new(bvh),
             edges: Arc::new(edges),

@@ -6,10 +6,11 @@ use std::ptr;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use foresound::bridge::capi::*;
-use foresound::bridge::engine::SourceOptions;
+use foresound::bridge::engine::{PropagationOptions, SourceOptions};
+use foresound::bridge::enumeration::{Affinity, Hrtf, Predictor, Schedule};
 use foresound::bridge::scenes::{SceneInfo, SceneOptions};
 use foresound::bridge::sound::RenderInfo;
-use foresound::bridge::{EngineStatistics, Options, Pose, Status};
+use foresound::bridge::{EngineStatistics, Options, Pose, Status, VERSION};
 
 use super::bytes::Bytes;
 
@@ -110,8 +111,8 @@ fn options(bytes: &mut Bytes) -> Options {
         max_paths: 64,
         guide_rays: 16,
         source_rays: 8,
-        schedule: 1,
-        hrtf: 1,
+        schedule: Schedule::Synchronous,
+        hrtf: Hrtf::None,
         frame_s: 0.01,
         max_delay_s: 0.05,
         ..Options::default()
@@ -129,10 +130,10 @@ fn options(bytes: &mut Bytes) -> Options {
         6 => options.guide_rays = word,
         7 => options.source_rays = word,
         8 => options.depth = word,
-        9 => options.schedule = word,
-        10 => options.predictor = word,
-        11 => options.affinity = word,
-        12 => options.hrtf = word,
+        9 => options.schedule = Schedule(word),
+        10 => options.predictor = Predictor(word),
+        11 => options.affinity = Affinity(word),
+        12 => options.hrtf = Hrtf(word),
         13 => options.late_reverb = word,
         14 => options.limiter = word,
         15 => options.min_distance_m = number,
@@ -140,7 +141,11 @@ fn options(bytes: &mut Bytes) -> Options {
         17 => options.frame_s = number.into(),
         18 => options.max_delay_s = f64::from(number).min(0.5),
         19 => options.size = word,
-        20 => options.predictor = 2,
+        20 => options.predictor = Predictor::Geometric,
+        21 => options.source_slots = word,
+        22 => options.tracing_threads = word,
+        23 => options.diffraction_order = word,
+        24 => options.even_blocks = word,
         _ => {}
     }
     options
@@ -178,6 +183,7 @@ fn scene(world: &mut World) -> Option<u64> {
             0,
             materials,
             &raw const options,
+            0,
             &raw mut scene,
         )
     };
@@ -240,7 +246,7 @@ fn sound(world: &mut World) {
 
 fn change(world: &mut World) {
     let (engine, source) = (world.engine(), world.source());
-    let status = match world.bytes.below(11) {
+    let status = match world.bytes.below(14) {
         0 => foresound_source_remove(engine, source),
         1 => foresound_source_set_gain(engine, source, world.bytes.number()),
         2 => foresound_source_mute(engine, source, world.bytes.byte().into()),
@@ -251,8 +257,15 @@ fn change(world: &mut World) {
         8 => {
             let (part, pose, mut instance) = (world.any(), world.pose(), 0);
             // SAFETY: the addresses are a pose's and a variable's.
-            let status =
-                unsafe { foresound_instance_add(engine, part, &raw const pose, &raw mut instance) };
+            let status = unsafe {
+                foresound_instance_add(
+                    engine,
+                    part,
+                    &raw const pose,
+                    size_of::<Pose>(),
+                    &raw mut instance,
+                )
+            };
             if status == Status::Ok {
                 world.instances.push(instance);
             }
@@ -261,9 +274,19 @@ fn change(world: &mut World) {
         9 => {
             let (instance, pose) = (world.instance(), world.pose());
             // SAFETY: the address of a pose.
-            unsafe { foresound_instance_move(engine, instance, &raw const pose) }
+            unsafe { foresound_instance_move(engine, instance, &raw const pose, size_of::<Pose>()) }
         }
         10 => foresound_instance_remove(engine, world.instance()),
+        11 => foresound_engine_set_predictor(engine, Predictor(world.bytes.below(4) as u32)),
+        12 => foresound_engine_set_schedule(engine, Schedule(world.bytes.below(3) as u32)),
+        13 => {
+            let levels = [world.bytes.number(); 24];
+            let count = [0, 8, 16, 17, 24][world.bytes.below(5)];
+            // SAFETY: the address of as many levels or more.
+            unsafe {
+                foresound_source_set_directivity_table(engine, source, levels.as_ptr(), count)
+            }
+        }
         _ => {
             let options = SourceOptions {
                 effects: world.bytes.byte().into(),
@@ -287,6 +310,7 @@ fn step(world: &mut World) {
             // SAFETY: addresses of a structure and of variables; a null pointer for no HRTF set.
             let status = unsafe {
                 foresound_engine_create(
+                    VERSION,
                     &raw const options,
                     ptr::null(),
                     0,
@@ -335,7 +359,13 @@ fn step(world: &mut World) {
             let poses: Vec<Pose> = (0..world.bytes.below(6)).map(|_| world.pose()).collect();
             // SAFETY: addresses of a pose and of as many as the list has.
             succeeds(unsafe {
-                foresound_engine_tick(engine, &raw const listener, poses.as_ptr(), poses.len())
+                foresound_engine_tick(
+                    engine,
+                    &raw const listener,
+                    poses.as_ptr(),
+                    poses.len(),
+                    size_of::<Pose>(),
+                )
             });
         }
         5 | 6 => render(world),
@@ -344,8 +374,14 @@ fn step(world: &mut World) {
         9 => {
             let engine = world.engine();
             let rays = [0, 1, 16, u32::MAX][world.bytes.below(4)];
-            let depth = world.bytes.below(6) as u32;
-            succeeds(foresound_engine_set_propagation(engine, rays, 8, depth));
+            let options = PropagationOptions {
+                guide_rays: rays,
+                source_rays: 8,
+                depth: world.bytes.below(6) as u32,
+                ..PropagationOptions::default()
+            };
+            // SAFETY: the address of a structure.
+            succeeds(unsafe { foresound_engine_set_propagation(engine, &raw const options) });
         }
         10 => {
             let (engine, mut statistics) = (world.engine(), EngineStatistics::default());

@@ -9,7 +9,8 @@ use foresound::runtime::{
     OfflineSettings, QualityChoice, QualityLevel, Schedule, SoundThread, Threads,
 };
 use foresound::scene::{
-    InstanceId, InstancePose, ListenerPose, SceneSettings, SourceId, SourcePose,
+    InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId,
+    SourcePose,
 };
 use glam::{DVec3, Quat, Vec3};
 
@@ -125,7 +126,10 @@ fn at_work(errors: &mut Errors) {
     let at = InstancePose::at(InstanceId::default(), DVec3::ONE);
     let removed = controller.remove_instance(InstanceId::default());
     errors.of("no instance", removed);
-    let mut scene = commit(&room(), &SceneSettings::default()).expect("a scene");
+    let (table, settings) = (MaterialTable::built_in(), SceneSettings::default());
+    let cancelled = Scene::commit_observed(&room(), &table, &settings, &mut |_| false);
+    errors.of("a cancelled scene", cancelled);
+    let mut scene = commit(&room(), &settings).expect("a scene");
     scene.add_instance(committed(&room()), &at).expect("a part");
     errors.of("a scene with parts", controller.set_scene(Arc::new(scene)));
 }

@@ -177,7 +177,10 @@ impl Scene {
         let slot = match vacant.min_by_key(|(_, slot)| slot.generation) {
             Some((slot, _)) => slot,
             None if slots.len() < MOST_INSTANCES => {
-                slots.push(Slot::default());
+                slots.push(Slot {
+                    generation: 1,
+                    placed: None,
+                });
                 slots.len() - 1
             }
             None => {
@@ -203,7 +206,7 @@ impl Scene {
     pub fn remove_instance(&mut self, id: InstanceId) -> Result<()> {
         let slot = self.instances.slot_of(id)?;
         slot.placed = None;
-        slot.generation = slot.generation.wrapping_add(1);
+        slot.generation = slot.generation.checked_add(1).unwrap_or(1);
         self.instances.count -= 1;
         self.instances.rebuild_tree();
         self.rank_surfaces();

@@ -26,7 +26,7 @@ impl InstanceId {
         (self.0 & 0xffff) as usize
     }
 
-    /// Number of earlier instances of the slot.
+    /// Number of the slot's instance, from 1.
     pub const fn generation(self) -> u16 {
         (self.0 >> 16) as u16
     }

@@ -12,6 +12,8 @@ import java.nio.ByteBuffer;
 final class Native {
     /** Bytes of a pose in a frame: the source's id, three floats of position, four of orientation. */
     static final int POSE_BYTES = 32;
+    /** The version of the interface, for engineCreate. */
+    static final int VERSION = 0x00030000;
 
     /** Why the library is missing; null if it is loaded. */
     private static final Throwable MISSING = NativeLibrary.load();
@@ -25,9 +27,12 @@ final class Native {
 
     static native void close(long handle);
     static native void optionsDefault(double[] options);
-    static native long engineCreate(double[] options, byte[] hrtf, long[] engine);
+    static native long engineCreate(int apiVersion, double[] options, byte[] hrtf, long[] engine);
     static native void engineSetScene(long engine, long scene);
-    static native void engineSetPropagation(long engine, int guideRays, int sourceRays, int depth);
+    static native void propagationOptionsDefault(double[] options);
+    static native void engineSetPropagation(long engine, double[] options);
+    static native void engineSetPredictor(long engine, int predictor);
+    static native void engineSetSchedule(long engine, int schedule);
     static native void enginePause(long engine);
     static native void engineResume(long engine);
     static native void engineRestart(long engine);
@@ -39,7 +44,10 @@ final class Native {
     static native void instanceMove(long engine, int instance, float[] pose);
     static native void instanceRemove(long engine, int instance);
     static native void sceneOptionsDefault(double[] options);
-    static native long sceneFromFile(String path, String materialsToml, double[] options);
+    static native long progressCreate();
+    static native float progressRead(long progress);
+    static native void progressCancel(long progress);
+    static native long sceneFromFile(String path, String materialsToml, double[] options, long progress);
     static native void sceneInfo(long scene, double[] info);
     static native int rendererLatency(long renderer);
     static native long outputStart(long renderer, int blocksAhead);
@@ -48,6 +56,7 @@ final class Native {
     static native void sourceRemove(long engine, int source);
     static native void sourceOptionsDefault(double[] options);
     static native void sourceConfigure(long engine, int source, double[] options);
+    static native void sourceSetDirectivityTable(long engine, int source, float[] levelsDb);
     static native void sourceSetGain(long engine, int source, float gain);
     static native void sourceMute(long engine, int source, boolean muted);
     static native void sourcePlay(long engine, int source, long clip, boolean looped);
@@ -68,9 +77,9 @@ final class Native {
     /** Writes the loudest paths of the newest update as {@link ShownPath} lists, as many as fit; returns their number. */
     static native int enginePaths(long engine, double[] paths);
 
-    /** Builds a scene from vertices and triangles; the last four may be null. */
+    /** Builds a scene from vertices and triangles; the four before the last may be null, and the progress 0. */
     static native long sceneFromMesh(
-            float[] positions, int[] indices, int[] triangleMaterials, String[] materials, String materialsToml, double[] options);
+            float[] positions, int[] indices, int[] triangleMaterials, String[] materials, String materialsToml, double[] options, long progress);
 
     /** Renders interleaved stereo floats; returns the number of voices. */
     static native int render(long renderer, ByteBuffer output, int frames);
@@ -79,32 +88,36 @@ final class Native {
     static native int streamWrite(long stream, ByteBuffer samples, int count);
 
     static final class Options {
-        static final int LENGTH = 25;
+        static final int LENGTH = 29;
         static final int RATE_HZ = 0;
         static final int BLOCK_FRAMES = 1;
         static final int MAX_SOURCES = 2;
-        static final int MAX_VOICES = 3;
-        static final int FINE_VOICES = 4;
-        static final int MAX_PATHS = 5;
-        static final int GUIDE_RAYS = 6;
-        static final int SOURCE_RAYS = 7;
-        static final int DEPTH = 8;
-        static final int SEED = 9;
-        static final int SCHEDULE = 10;
-        static final int PREDICTOR = 11;
-        static final int AFFINITY = 12;
-        static final int PROPAGATION_CORE = 13;
-        static final int SOUND_CORE = 14;
-        static final int HRTF = 15;
-        static final int LATE_REVERB = 16;
-        static final int LIMITER = 17;
-        static final int MIN_DISTANCE_M = 18;
-        static final int CEILING_DB = 19;
-        static final int FRAME_S = 20;
-        static final int MAX_DELAY_S = 21;
+        static final int SOURCE_SLOTS = 3;
+        static final int MAX_VOICES = 4;
+        static final int FINE_VOICES = 5;
+        static final int MAX_PATHS = 6;
+        static final int GUIDE_RAYS = 7;
+        static final int SOURCE_RAYS = 8;
+        static final int DEPTH = 9;
+        static final int DIFFRACTION_ORDER = 10;
+        static final int SEED = 11;
+        static final int SCHEDULE = 12;
+        static final int TRACING_THREADS = 13;
+        static final int PREDICTOR = 14;
+        static final int EVEN_BLOCKS = 15;
+        static final int AFFINITY = 16;
+        static final int PROPAGATION_CORE = 17;
+        static final int AUDIO_CORE = 18;
+        static final int HRTF = 19;
+        static final int LATE_REVERB = 20;
+        static final int LIMITER = 21;
         static final int DEVICE_HINTS = 22;
         static final int SHOWN_PATHS = 23;
         static final int MAX_MEMORY_MIB = 24;
+        static final int MIN_DISTANCE_M = 25;
+        static final int CEILING_DB = 26;
+        static final int FRAME_S = 27;
+        static final int MAX_DELAY_S = 28;
     }
 
     static final class SourceOptions {
@@ -115,29 +128,41 @@ final class Native {
         static final int DIRECTIVITY = 3;
     }
 
+    static final class PropagationOptions {
+        static final int LENGTH = 4;
+        static final int GUIDE_RAYS = 0;
+        static final int SOURCE_RAYS = 1;
+        static final int DEPTH = 2;
+        static final int DIFFRACTION_ORDER = 3;
+    }
+
     static final class SceneOptions {
-        static final int LENGTH = 5;
+        static final int LENGTH = 8;
         static final int UP = 0;
         static final int SCALE = 1;
         static final int TEMPERATURE_C = 2;
         static final int HUMIDITY_PERCENT = 3;
         static final int PRESSURE_KPA = 4;
+        static final int MIN_PANEL_M2 = 5;
+        static final int MAX_FINITE_PANEL_M2 = 6;
+        static final int MAX_TRIANGLES = 7;
     }
 
     static final class BudgetOptions {
-        static final int LENGTH = 4;
+        static final int LENGTH = 5;
         static final int QUALITY_LEVEL = 0;
         static final int FIXED = 1;
-        static final int UPDATE_S = 2;
-        static final int CORE_SHARE = 3;
+        static final int RESERVED = 2;
+        static final int UPDATE_S = 3;
+        static final int CORE_SHARE = 4;
     }
 
     static final class SceneInfo {
         static final int LENGTH = 12;
-        static final int TRIANGLES_IN = 0;
-        static final int TRIANGLES = 1;
-        static final int SURFACES = 2;
-        static final int UNKNOWN_MATERIALS = 3;
+        static final int UNKNOWN_MATERIALS = 0;
+        static final int TRIANGLES_IN = 1;
+        static final int TRIANGLES = 2;
+        static final int SURFACES = 3;
         static final int MEMORY_BYTES = 4;
         static final int SPEED_OF_SOUND_M_S = 5;
         static final int BOUNDS_MIN_M = 6;
@@ -154,27 +179,28 @@ final class Native {
     }
 
     static final class EngineStatistics {
-        static final int LENGTH = 36;
+        static final int LENGTH = 37;
         static final int STATE = 0;
         static final int EXTRAPOLATION_LEVEL = 1;
         static final int PATHS = 2;
         static final int SOURCES = 3;
-        static final int PROPAGATION = 4;
-        static final int EXTRAPOLATION = 9;
-        static final int GENERATION = 14;
-        static final int BLOCK = 19;
-        static final int BLOCKS = 24;
-        static final int MISSED_DEADLINES = 25;
-        static final int UPDATES = 26;
-        static final int TRIMMED_PATHS = 27;
-        static final int DROPPED_PATHS = 28;
-        static final int UNDERRUN_SAMPLES = 29;
-        static final int PROPAGATION_S = 30;
-        static final int GRAPHICS_FRAME_S = 31;
-        static final int PROPAGATION_CORES = 32;
-        static final int SOUND_CORES = 33;
-        static final int SOUND_PRIORITY = 34;
-        static final int SOUND_NICE = 35;
+        static final int QUALITY_LEVEL = 4;
+        static final int AUDIO_PRIORITY = 5;
+        static final int AUDIO_NICE = 6;
+        static final int PROPAGATION = 7;
+        static final int EXTRAPOLATION = 12;
+        static final int GENERATION = 17;
+        static final int BLOCK = 22;
+        static final int BLOCKS = 27;
+        static final int MISSED_DEADLINES = 28;
+        static final int UPDATES = 29;
+        static final int TRIMMED_PATHS = 30;
+        static final int DROPPED_PATHS = 31;
+        static final int UNDERRUN_SAMPLES = 32;
+        static final int PROPAGATION_S = 33;
+        static final int GRAPHICS_FRAME_S = 34;
+        static final int PROPAGATION_CORES = 35;
+        static final int AUDIO_CORES = 36;
     }
 
     static final class EngineHealth {
@@ -223,16 +249,97 @@ final class Native {
         static final int BUFFER_FRAMES = 3;
         static final int EXCLUSIVE = 4;
         static final int LOW_LATENCY = 5;
-        static final int INTERFACE = 6;
+        static final int DEVICE_API = 6;
         static final int RING_FRAMES = 7;
         static final int OPENED = 8;
         static final int REFUSED = 9;
         static final int LOST = 10;
         static final int STALLED = 11;
         static final int XRUNS = 12;
-        static final int LEAST_FRAMES = 13;
-        static final int MOST_FRAMES = 14;
+        static final int MIN_CALLBACK_FRAMES = 13;
+        static final int MAX_CALLBACK_FRAMES = 14;
         static final int CALLBACKS = 15;
         static final int UNDERRUN_FRAMES = 16;
+    }
+
+    static final class Schedule {
+        static final int ASYNCHRONOUS = 0;
+        static final int SYNCHRONOUS = 1;
+    }
+
+    static final class Predictor {
+        static final int HOLD = 0;
+        static final int LINEAR = 1;
+        static final int GEOMETRIC = 2;
+    }
+
+    static final class Affinity {
+        static final int SYSTEM = 0;
+        static final int FASTEST = 1;
+        static final int CHOSEN = 2;
+    }
+
+    static final class Hrtf {
+        static final int SET = 0;
+        static final int NONE = 1;
+    }
+
+    static final class Effect {
+        static final int NONE = 0;
+        static final int DIRECT = 1;
+        static final int REFLECTIONS = 2;
+        static final int DIFFRACTION = 4;
+        static final int TRANSMISSION = 8;
+        static final int LATE_REVERB = 16;
+        static final int ALL = 31;
+    }
+
+    static final class DeviceHint {
+        static final int NONE = 0;
+        static final int THERMAL = 1;
+        static final int PERFORMANCE = 2;
+    }
+
+    static final class HintedThread {
+        static final int NONE = 0;
+        static final int PROPAGATION = 1;
+        static final int AUDIO = 2;
+    }
+
+    static final class EngineState {
+        static final int RUNNING = 0;
+        static final int PAUSED = 1;
+        static final int PROPAGATION_FAILED = 2;
+        static final int RENDERER_GONE = 3;
+    }
+
+    static final class ThermalStatus {
+        static final int UNKNOWN = -1;
+        static final int NONE = 0;
+        static final int LIGHT = 1;
+        static final int MODERATE = 2;
+        static final int SEVERE = 3;
+        static final int CRITICAL = 4;
+        static final int EMERGENCY = 5;
+        static final int SHUTDOWN = 6;
+    }
+
+    static final class UpAxis {
+        static final int Y = 0;
+        static final int Z = 1;
+    }
+
+    static final class DeviceApi {
+        static final int OTHER = 0;
+        static final int AAUDIO = 1;
+        static final int OPENSL_ES = 2;
+    }
+
+    static final class LogLevel {
+        static final int OFF = 0;
+        static final int ERROR = 1;
+        static final int WARN = 2;
+        static final int INFO = 3;
+        static final int DEBUG = 4;
     }
 }
