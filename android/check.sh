@@ -111,6 +111,32 @@ prove_c_abuse() {
     "$work/abuse"
 }
 
+# The installed library: its version, and programs built with pkg-config against the shared and the static library.
+prove_install() {
+    need gcc pkg-config readelf
+    local to=$work/installed
+    rm -rf "$to"
+    include/install.sh --prefix "$to" || return 1
+    local shared static version
+    shared=$(PKG_CONFIG_PATH=$to/lib/pkgconfig pkg-config --cflags --libs foresound) || return 1
+    static="$(PKG_CONFIG_PATH=$to/lib/pkgconfig pkg-config --cflags foresound) $to/lib/libforesound.a -lm -lpthread -ldl"
+    version=$(PKG_CONFIG_PATH=$to/lib/pkgconfig pkg-config --modversion foresound)
+    readelf -d "$to/lib/libforesound.so" | grep -q "SONAME.*libforesound.so.${version%%.*}\]" || return 1
+    [ -e "$to/lib/libforesound.so.$version" ] || return 1
+    # shellcheck disable=SC2086 # Lists of flags.
+    gcc -std=c99 -O2 android/c/walk.c -o "$to/shared" $shared -Wl,-rpath,"$to/lib" || return 1
+    # shellcheck disable=SC2086
+    gcc -std=c99 -O2 android/c/walk.c -o "$to/static" $static || return 1
+    readelf -d "$to/shared" | grep -q "NEEDED.*libforesound.so.${version%%.*}\]" || return 1
+    local program
+    for program in shared static; do
+        "$to/$program" assets/scenes/doorway.obj "$to/$program.raw" || return 1
+        [ -s "$to/$program.raw" ] || return 1
+    done
+    cmp "$to/shared.raw" "$to/static.raw" || return 1
+    echo "libforesound.so.$version, $(stat -c %s "$to/lib/libforesound.so.$version") bytes; shared and static programs sound alike"
+}
+
 # --- Java -----------------------------------------------------------------------------------------------------------
 
 classes=$work/classes
@@ -186,10 +212,14 @@ prove_kotlin() {
         dev.foresound.ApiKt assets >"$work/api.out" 2>&1 || { cat "$work/api.out" && return 1; }
     cat "$work/api.out"
     ! grep -E '^(WARNING|FATAL)' "$work/api.out" || return 1
+    javac --release 17 -cp "$out:$standard:$compiler" -d "$out" android/jvm/OpenHandles.java android/jvm/FromJava.java || return 1
+    java -Xcheck:jni -XX:+UseSerialGC -Djava.library.path="$host/release" -cp "$out:$compiler:$standard" FromJava assets \
+        >"$work/from-java.out" 2>&1 || { cat "$work/from-java.out" && return 1; }
+    ! grep -E '^(WARNING|FATAL)' "$work/from-java.out" || return 1
     java -XX:+UseSerialGC -Djava.library.path="$host/release" -cp "$out:$compiler:$standard" dev.foresound.DemoKt assets \
         assets/paper/paper_table_4.csv >"$work/demo.json" || return 1
     python3 -c 'import json, sys; assert len(json.load(open(sys.argv[1]))["rows"]) == 4' "$work/demo.json" || return 1
-    echo "library module and demo compile without warnings; every Kotlin function and the benchmark run; $(tail -n 1 "$work/api.out")"
+    echo "library module and demo compile without warnings; every Kotlin function and the benchmark run; $(tail -n 1 "$work/api.out"); $(tail -n 1 "$work/from-java.out")"
 }
 # The build scripts compiled against stand-ins, and the command they make.
 prove_scripts() {
@@ -375,6 +405,7 @@ prove library
 prove reference
 prove c
 prove c_abuse
+prove install
 prove java_walk
 prove java_abuse
 prove java_missing

@@ -6,34 +6,55 @@ import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.Dispatchers
 
 /**
- * Mono samples for engines of one sample rate, resampled while loading. Any thread. Loading suspends on a dispatcher.
- * Sources continue to play a closed clip.
+ * Mono samples for engines of one sample rate, resampled while loading. Any thread. The functions `from...` suspend on a
+ * dispatcher, the functions `load...` block. Sources continue to play a closed clip.
  */
 class Clip private constructor(handle: Long) : Resource(handle) {
     companion object {
-        /** From a WAV file: PCM of 8 to 32 bits or float; channels are averaged. */
+        /** From a WAV file: PCM of 8 to 32 bits or float; channels are averaged. Blocks. */
+        @JvmStatic
+        fun loadFile(file: File, engineRateHz: Int): Clip = loadWav(file.readBytes(), engineRateHz)
+
+        /** From a WAV file among the app's assets. Blocks. */
+        @JvmStatic
+        fun loadAsset(context: Context, name: String, engineRateHz: Int): Clip =
+            loadWav(openAsset(context, name).use { it.readBytes() }, engineRateHz)
+
+        /** From the content of a WAV file. Blocks. */
+        @JvmStatic
+        fun loadWav(bytes: ByteArray, engineRateHz: Int): Clip {
+            Native.require()
+            return Clip(Native.clipFromWav(bytes, engineRateHz))
+        }
+
+        /** From samples at [rateHz]; 1 is full scale at 1 m. Blocks. */
+        @JvmStatic
+        fun loadSamples(samples: FloatArray, rateHz: Int, engineRateHz: Int): Clip {
+            Native.require()
+            return Clip(Native.clipFromSamples(samples, rateHz, engineRateHz))
+        }
+
+        /** As [loadFile], on a dispatcher. */
         suspend fun fromFile(
             file: File,
             engineRateHz: Int,
             dispatcher: CoroutineDispatcher = Dispatchers.IO,
-        ): Clip = load(dispatcher, ::Clip) { Native.clipFromWav(file.readBytes(), engineRateHz) }
+        ): Clip = load(dispatcher) { loadFile(file, engineRateHz) }
 
-        /** From a WAV file among the app's assets. */
+        /** As [loadAsset], on a dispatcher. */
         suspend fun fromAsset(
             context: Context,
             name: String,
             engineRateHz: Int,
             dispatcher: CoroutineDispatcher = Dispatchers.IO,
-        ): Clip = load(dispatcher, ::Clip) {
-            Native.clipFromWav(openAsset(context, name).use { it.readBytes() }, engineRateHz)
-        }
+        ): Clip = load(dispatcher) { loadAsset(context, name, engineRateHz) }
 
-        /** From samples at [rateHz]; 1 is full scale at 1 m. */
+        /** As [loadSamples], on a dispatcher. */
         suspend fun fromSamples(
             samples: FloatArray,
             rateHz: Int,
             engineRateHz: Int,
             dispatcher: CoroutineDispatcher = Dispatchers.Default,
-        ): Clip = load(dispatcher, ::Clip) { Native.clipFromSamples(samples, rateHz, engineRateHz) }
+        ): Clip = load(dispatcher) { loadSamples(samples, rateHz, engineRateHz) }
     }
 }

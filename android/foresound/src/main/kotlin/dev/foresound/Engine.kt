@@ -16,14 +16,14 @@ import kotlinx.coroutines.flow.flowOn
  * milliseconds: not for the main thread. Propagation and sound run on the library's threads, which are not attached to
  * the virtual machine.
  *
- * Functions throw [IllegalStateException] once the engine is closed, and [IllegalArgumentException] for values out of
+ * A forgotten engine is closed some time after its last use. Functions throw [IllegalStateException] once the engine is closed, and [IllegalArgumentException] for values out of
  * range, with the remedy in the message.
  *
  * ```
  * Engine(EngineOptions(rateHz = deviceRate)).use { engine ->
- *     engine.setScene(Scene.fromAsset(context, "hall.obj"))
+ *     Scene.fromAsset(context, "hall.obj").use { engine.setScene(it) }
  *     val fountain = engine.addSource(1f, 1.5f, -4f)
- *     fountain.play(Clip.fromAsset(context, "fountain.wav", engine.rateHz), looped = true)
+ *     Clip.fromAsset(context, "fountain.wav", engine.rateHz).use { fountain.play(it, looped = true) }
  *     engine.start()
  *     // every frame:
  *     engine.listener.set(x, y, z)
@@ -31,15 +31,15 @@ import kotlinx.coroutines.flow.flowOn
  * }
  * ```
  */
-class Engine(options: EngineOptions = EngineOptions()) : AutoCloseable {
+class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions()) : AutoCloseable {
     /** Sample rate in Hz, which clips need too. */
     val rateHz: Int = options.rateHz
 
     private val handle: Long
     private val rendererHandle: Long
+    private val handles: Handles
     private var output = 0L
     private var playing = false
-    private var closed = false
     private val pathNumbers = DoubleArray(options.shownPaths * Native.ShownPath.LENGTH)
     private val sources = arrayOfNulls<Source>(options.maxSources)
     private val frame: ByteBuffer =
@@ -50,8 +50,9 @@ class Engine(options: EngineOptions = EngineOptions()) : AutoCloseable {
 
     init {
         val engine = LongArray(1)
-        rendererHandle = Native.engineCreate(options.numbers(), options.hrtf, engine)
+        rendererHandle = Native.engineCreate(Native.VERSION, options.numbers(), options.hrtf, engine)
         handle = engine[0]
+        handles = Cleaner.watch(this, Handles(rendererHandle, handle))
     }
 
     /** Adds a silent source at a position in metres. Throws [IllegalStateException] beyond `maxSources`. */
@@ -90,18 +91,36 @@ class Engine(options: EngineOptions = EngineOptions()) : AutoCloseable {
     /** Replaces the scene; the old one is audible until the first update with the new one. [scene] may be closed then. */
     fun setScene(scene: Scene) = Native.engineSetScene(handle, scene.handle)
 
-    /** Sets the rays from the listener and from each source, and the maximum reflection order (0 to 4). */
-    fun setPropagation(guideRays: Int, sourceRays: Int, depth: Int) =
-        Native.engineSetPropagation(handle, guideRays, sourceRays, depth)
+    /**
+     * Sets the rays from the listener and from each source, the maximum reflection order (0 to 4), and the maximum number of
+     * edges that a path is diffracted at (0 to 2).
+     */
+    @JvmOverloads
+    fun setPropagation(guideRays: Int, sourceRays: Int, depth: Int, diffractionOrder: Int = 2) {
+        val numbers = DoubleArray(Native.PropagationOptions.LENGTH)
+        numbers[Native.PropagationOptions.GUIDE_RAYS] = guideRays.toDouble()
+        numbers[Native.PropagationOptions.SOURCE_RAYS] = sourceRays.toDouble()
+        numbers[Native.PropagationOptions.DEPTH] = depth.toDouble()
+        numbers[Native.PropagationOptions.DIFFRACTION_ORDER] = diffractionOrder.toDouble()
+        Native.engineSetPropagation(handle, numbers)
+    }
+
+    /** Sets the extrapolation of paths, from the next update on. */
+    fun setPredictor(predictor: Predictor) = Native.engineSetPredictor(handle, predictor.number)
+
+    /** Sets when propagation runs, after the running update. */
+    fun setSchedule(schedule: Schedule) = Native.engineSetSchedule(handle, schedule.number)
 
     /**
      * Plays on the system's device, rendered [blocksAhead] blocks ahead (1 to 64). Once an engine. The library reopens a
      * device that is lost or does not open.
      */
     @Synchronized
+    @JvmOverloads
     fun start(blocksAhead: Int = 2) {
         check(!playing) { "the engine plays already; use pause and resume" }
         output = Native.outputStart(rendererHandle, blocksAhead)
+        handles.replace(0, output)
         playing = true
     }
 
@@ -138,7 +157,7 @@ class Engine(options: EngineOptions = EngineOptions()) : AutoCloseable {
             val now = try {
                 statistics()
             } catch (gone: IllegalStateException) {
-                if (closed) return@flow
+                if (handles.areClosed) return@flow
                 throw gone
             }
             emit(now)
@@ -186,6 +205,9 @@ class Engine(options: EngineOptions = EngineOptions()) : AutoCloseable {
 
     internal fun removeInstance(id: Int) = Native.instanceRemove(handle, id)
 
+    internal fun setDirectivityTable(id: Int, levelsDb: FloatArray) =
+        Native.sourceSetDirectivityTable(handle, id, levelsDb)
+
     internal fun configure(id: Int, options: DoubleArray) = Native.sourceConfigure(handle, id, options)
 
     internal fun setGain(id: Int, gain: Float) = Native.sourceSetGain(handle, id, gain)
@@ -201,10 +223,8 @@ class Engine(options: EngineOptions = EngineOptions()) : AutoCloseable {
     /** Stops sound and threads, after the running propagation update. Idempotent. */
     @Synchronized
     override fun close() {
-        if (closed) return
-        closed = true
-        Native.close(if (playing) output else rendererHandle)
-        Native.close(handle)
+        handles.close()
+        Cleaner.forget(handles)
     }
 
     private companion object {

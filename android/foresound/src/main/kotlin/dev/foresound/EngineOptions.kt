@@ -3,69 +3,134 @@ package dev.foresound
 import dev.foresound.Native.Options as Index
 
 /** When propagation runs. */
-enum class Schedule { ASYNCHRONOUS, SYNCHRONOUS }
+enum class Schedule(internal val number: Int) {
+    ASYNCHRONOUS(Native.Schedule.ASYNCHRONOUS),
+    SYNCHRONOUS(Native.Schedule.SYNCHRONOUS),
+}
 
 /** Extrapolation of paths between updates. */
-enum class Predictor { HOLD, LINEAR, GEOMETRIC }
+enum class Predictor(internal val number: Int) {
+    HOLD(Native.Predictor.HOLD),
+    LINEAR(Native.Predictor.LINEAR),
+    GEOMETRIC(Native.Predictor.GEOMETRIC),
+}
 
 /** Cores of the engine's threads. Android advises to leave the choice to the system. */
-enum class Affinity { SYSTEM, FASTEST_CORES }
+enum class Affinity(internal val number: Int) {
+    SYSTEM(Native.Affinity.SYSTEM),
+    FASTEST_CORES(Native.Affinity.FASTEST),
+    /** [EngineOptions.propagationCore] and [EngineOptions.audioCore]. */
+    CHOSEN_CORES(Native.Affinity.CHOSEN),
+}
 
 /** Settings of an engine. Null is the library's default. */
-class EngineOptions(
+class EngineOptions @JvmOverloads constructor(
     /** 44,100 or 48,000 Hz. The device's (`AudioManager.PROPERTY_OUTPUT_SAMPLE_RATE`) has the lowest latency. */
-    val rateHz: Int = 48_000,
-    val maxSources: Int = 16,
-    val blockFrames: Int? = null,
-    val maxVoices: Int? = null,
-    val guideRays: Int? = null,
-    val sourceRays: Int? = null,
+    var rateHz: Int = 48_000,
+    /** Maximum number of sources, 1 to 4,096. */
+    var maxSources: Int = 16,
+    var blockFrames: Int? = null,
+    var maxVoices: Int? = null,
+    var guideRays: Int? = null,
+    var sourceRays: Int? = null,
     /** Maximum reflection order, 0 to 4. */
-    val depth: Int? = null,
-    val schedule: Schedule = Schedule.ASYNCHRONOUS,
-    val predictor: Predictor? = null,
-    val affinity: Affinity = Affinity.SYSTEM,
+    var depth: Int? = null,
+    var schedule: Schedule = Schedule.ASYNCHRONOUS,
+    var predictor: Predictor? = null,
+    var affinity: Affinity = Affinity.SYSTEM,
     /** Duration of a graphics frame in seconds; null: measured from the ticks. */
-    val frameSeconds: Double? = null,
+    var frameSeconds: Double? = null,
     /** Content of an HRTF set's file; null is the built-in set. */
-    val hrtf: ByteArray? = null,
+    var hrtf: ByteArray? = null,
     /** Whether imminent thermal throttling lowers the quality level (API 30 and later). */
-    val thermal: Boolean = true,
+    var thermal: Boolean = true,
     /** Whether the threads report their durations to the system (performance hints, API 33 and later). */
-    val hints: Boolean = true,
+    var hints: Boolean = true,
     /** Maximum number of paths that [Engine.paths] returns, 0 to 16,384. */
-    val shownPaths: Int = 0,
+    var shownPaths: Int = 0,
     /** Maximum memory of the engine in MiB, without scenes and sounds; an engine of more is refused. */
-    val maxMemoryMib: Int? = null,
+    var maxMemoryMib: Int? = null,
+    /** Sources with a slot of their own, 1 to 256; null: as many as [maxSources], at most 256. */
+    var sourceSlots: Int? = null,
+    /** Paths rendered in full detail. */
+    var fineVoices: Int? = null,
+    /** Maximum number of paths of an update. */
+    var maxPaths: Int? = null,
+    /** Maximum number of edges that a path is diffracted at, 0 to 2. */
+    var diffractionOrder: Int? = null,
+    /** Threads of an update in the synchronous schedule, the calling one included. */
+    var tracingThreads: Int? = null,
+    /** Whether the work of a graphics frame is spread over its blocks. */
+    var evenBlocks: Boolean = true,
+    var lateReverb: Boolean = true,
+    var limiter: Boolean = true,
+    /** Ceiling of the limiter in dB re full scale, -60 to 0. */
+    var ceilingDb: Float? = null,
+    /** Distance in metres below which a source gets no louder. */
+    var minDistanceM: Float? = null,
+    /** Maximum path delay in seconds, 0.01 to 10. */
+    var maxDelaySeconds: Double? = null,
+    /** Whether both ears receive the same signal, without an HRTF set. */
+    var withoutHrtf: Boolean = false,
+    /** Cores for [Affinity.CHOSEN_CORES]. */
+    var propagationCore: Int = 0,
+    var audioCore: Int = 0,
+    /** Seed of the ray directions. */
+    var seed: Int? = null,
 ) {
     init {
+        check()
+    }
+
+    /** Ranges of what is allocated here. */
+    private fun check() {
         require(maxSources in 1..MAX_SOURCES) { "maxSources: $maxSources is outside 1 to $MAX_SOURCES" }
         require(shownPaths in 0..MAX_PATHS) { "shownPaths: $shownPaths is outside 0 to $MAX_PATHS" }
+        require(sourceSlots != 0) { "sourceSlots: 0 is no slot; pass null" }
     }
 
     internal fun numbers(): DoubleArray {
         Native.require()
+        check()
         val numbers = DoubleArray(Index.LENGTH)
         Native.optionsDefault(numbers)
-        numbers[Index.RATE_HZ] = rateHz.toDouble()
-        blockFrames?.let { numbers[Index.BLOCK_FRAMES] = it.toDouble() }
-        numbers[Index.MAX_SOURCES] = maxSources.toDouble()
-        maxVoices?.let { numbers[Index.MAX_VOICES] = it.toDouble() }
-        guideRays?.let { numbers[Index.GUIDE_RAYS] = it.toDouble() }
-        sourceRays?.let { numbers[Index.SOURCE_RAYS] = it.toDouble() }
-        depth?.let { numbers[Index.DEPTH] = it.toDouble() }
-        numbers[Index.SCHEDULE] = schedule.ordinal.toDouble()
-        predictor?.let { numbers[Index.PREDICTOR] = it.ordinal.toDouble() }
-        numbers[Index.AFFINITY] = affinity.ordinal.toDouble()
-        frameSeconds?.let { numbers[Index.FRAME_S] = it }
-        numbers[Index.DEVICE_HINTS] = (if (thermal) 1.0 else 0.0) + (if (hints) 2.0 else 0.0)
-        numbers[Index.SHOWN_PATHS] = shownPaths.toDouble()
-        maxMemoryMib?.let { numbers[Index.MAX_MEMORY_MIB] = it.toDouble() }
+        fun set(index: Int, value: Number?) = value?.let { numbers[index] = it.toDouble() }
+        fun flag(index: Int, value: Boolean) = set(index, if (value) 1 else 0)
+        set(Index.RATE_HZ, rateHz)
+        set(Index.BLOCK_FRAMES, blockFrames)
+        set(Index.MAX_SOURCES, maxSources)
+        set(Index.SOURCE_SLOTS, sourceSlots)
+        set(Index.MAX_VOICES, maxVoices)
+        set(Index.FINE_VOICES, fineVoices)
+        set(Index.MAX_PATHS, maxPaths)
+        set(Index.GUIDE_RAYS, guideRays)
+        set(Index.SOURCE_RAYS, sourceRays)
+        set(Index.DEPTH, depth)
+        set(Index.DIFFRACTION_ORDER, diffractionOrder)
+        set(Index.SEED, seed)
+        set(Index.SCHEDULE, schedule.number)
+        set(Index.TRACING_THREADS, tracingThreads)
+        set(Index.PREDICTOR, predictor?.number)
+        flag(Index.EVEN_BLOCKS, evenBlocks)
+        set(Index.AFFINITY, affinity.number)
+        set(Index.PROPAGATION_CORE, propagationCore)
+        set(Index.AUDIO_CORE, audioCore)
+        set(Index.HRTF, if (withoutHrtf) Native.Hrtf.NONE else Native.Hrtf.SET)
+        flag(Index.LATE_REVERB, lateReverb)
+        flag(Index.LIMITER, limiter)
+        val thermalBit = if (thermal) Native.DeviceHint.THERMAL else 0
+        set(Index.DEVICE_HINTS, thermalBit + if (hints) Native.DeviceHint.PERFORMANCE else 0)
+        set(Index.SHOWN_PATHS, shownPaths)
+        set(Index.MAX_MEMORY_MIB, maxMemoryMib)
+        set(Index.MIN_DISTANCE_M, minDistanceM)
+        set(Index.CEILING_DB, ceilingDb)
+        set(Index.FRAME_S, frameSeconds)
+        set(Index.MAX_DELAY_S, maxDelaySeconds)
         return numbers
     }
 
     private companion object {
-        const val MAX_SOURCES = 256
+        const val MAX_SOURCES = 4096
         const val MAX_PATHS = 16_384
     }
 }

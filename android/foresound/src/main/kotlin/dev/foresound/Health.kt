@@ -3,15 +3,15 @@ package dev.foresound
 import dev.foresound.Native.EngineHealth as Index
 
 /** Budget of an engine; the default is no limit. */
-class Budget(
+class Budget @JvmOverloads constructor(
     /** Maximum duration of a propagation update in seconds, 0.0001 to 10; null is no limit. */
-    val updateSeconds: Double? = null,
+    var updateSeconds: Double? = null,
     /** Maximum share of one core for propagation and sound together, 0.05 to 2; null is no limit. */
-    val coreShare: Double? = null,
+    var coreShare: Double? = null,
     /** Finest quality level in use: 0 full detail to 5 the coarsest. */
-    val qualityLevel: Int = 0,
+    var qualityLevel: Int = 0,
     /** That level exactly, regardless of load and temperature. */
-    val fixed: Boolean = false,
+    var fixed: Boolean = false,
 ) {
     internal fun numbers() = DoubleArray(Native.BudgetOptions.LENGTH).also {
         it[Native.BudgetOptions.QUALITY_LEVEL] = qualityLevel.toDouble()
@@ -39,9 +39,9 @@ class Health internal constructor(numbers: DoubleArray) {
     /** The system's thermal headroom, 1 is severe throttling; null if unknown. */
     val thermalHeadroom: Float? = numbers[Index.THERMAL_HEADROOM].toFloat().takeIf { it >= 0 }
     /** Whether the propagation thread has a performance hint session. */
-    val hintsPropagation = numbers[Index.HINTED].toInt() and 1 != 0
+    val hintsPropagation = numbers[Index.HINTED].toInt() and Native.HintedThread.PROPAGATION != 0
     /** Whether the audio thread has a performance hint session. */
-    val hintsSound = numbers[Index.HINTED].toInt() and 2 != 0
+    val hintsSound = numbers[Index.HINTED].toInt() and Native.HintedThread.AUDIO != 0
     /** Sources that louder ones mask, if there are more sources than slots. */
     val unheardSources = numbers[Index.UNHEARD_SOURCES].toInt()
     /** Rays cast by the newest update. */

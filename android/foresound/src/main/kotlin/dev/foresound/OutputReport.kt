@@ -2,6 +2,9 @@ package dev.foresound
 
 import dev.foresound.Native.OutputInfo as Index
 
+/** System library of a sound device. */
+enum class DeviceApi { OTHER, AAUDIO, OPENSL_ES }
+
 /** Properties and state of the audio device. */
 class OutputReport internal constructor(numbers: DoubleArray) {
     /** False while a lost device is to be opened again. */
@@ -11,8 +14,7 @@ class OutputReport internal constructor(numbers: DoubleArray) {
     val bufferFrames = numbers[Index.BUFFER_FRAMES].toInt()
     val exclusive = numbers[Index.EXCLUSIVE] != 0.0
     val lowLatency = numbers[Index.LOW_LATENCY] != 0.0
-    /** 1 AAudio, 2 OpenSL ES, 0 neither. */
-    val nativeInterface = numbers[Index.INTERFACE].toInt()
+    val deviceApi = DeviceApi.entries[numbers[Index.DEVICE_API].toInt()]
     /** Latency of the ring buffer in audio frames. */
     val ringFrames = numbers[Index.RING_FRAMES].toInt()
     val opened = numbers[Index.OPENED].toInt()
@@ -21,8 +23,9 @@ class OutputReport internal constructor(numbers: DoubleArray) {
     val stalled = numbers[Index.STALLED].toInt()
     /** Underruns counted by the device since it was opened. */
     val xruns = numbers[Index.XRUNS].toInt()
-    val leastFrames = numbers[Index.LEAST_FRAMES].toInt()
-    val mostFrames = numbers[Index.MOST_FRAMES].toInt()
+    /** Least and most audio frames of a callback. */
+    val minCallbackFrames = numbers[Index.MIN_CALLBACK_FRAMES].toInt()
+    val maxCallbackFrames = numbers[Index.MAX_CALLBACK_FRAMES].toInt()
     val callbacks = numbers[Index.CALLBACKS].toLong()
     /** Audio frames that were not rendered in time. */
     val underrunFrames = numbers[Index.UNDERRUN_FRAMES].toLong()

@@ -67,6 +67,16 @@ class Source internal constructor(
     /** Sets its options. */
     fun configure(options: SourceOptions) = engine.configure(id, options.numbers())
 
+    /**
+     * Sets its directivity table: rows of levels in dB in eight octave bands, the angles evenly from the front to the back,
+     * both included; 2 to 181 rows of -63 to 60 dB or minus infinity. No row: no table. The table is multiplied with
+     * [SourceOptions.directivity].
+     */
+    fun setDirectivityTable(rowsDb: List<FloatArray>) {
+        require(rowsDb.all { it.size == 8 }) { "rowsDb: a row has eight bands" }
+        engine.setDirectivityTable(id, FloatArray(8 * rowsDb.size) { rowsDb[it / 8][it % 8] })
+    }
+
     /** Sets its linear gain, 0 to 1000. */
     fun setGain(gain: Float) = engine.setGain(id, gain)
 
@@ -74,6 +84,7 @@ class Source internal constructor(
     fun mute(muted: Boolean) = engine.mute(id, muted)
 
     /** Plays a clip from its beginning; [clip] may be closed then. */
+    @JvmOverloads
     fun play(clip: Clip, looped: Boolean = false) = engine.play(id, clip, looped)
 
     /** Attaches a stream through a ring buffer of [capacity] samples (1 to 16,777,216). */
@@ -87,24 +98,30 @@ class Source internal constructor(
 }
 
 /** Settings of a source. */
-class SourceOptions(
+class SourceOptions @JvmOverloads constructor(
     /** Computed parts of its sound. */
-    val direct: Boolean = true,
-    val reflections: Boolean = true,
-    val diffraction: Boolean = true,
-    val transmission: Boolean = true,
-    val lateReverb: Boolean = true,
+    var direct: Boolean = true,
+    var reflections: Boolean = true,
+    var diffraction: Boolean = true,
+    var transmission: Boolean = true,
+    var lateReverb: Boolean = true,
     /** Radius in metres within which it gets no louder; 0: the engine's. */
-    val radiusM: Float = 0f,
+    var radiusM: Float = 0f,
     /** In eight octave bands from the lowest: 0 omnidirectional, 0.5 cardioid, 1 dipole. */
-    val directivity: FloatArray = FloatArray(8),
+    var directivity: FloatArray = FloatArray(8),
     /** Exponent of the directivity, 0 to 64. */
-    val order: Float = 1f,
+    var order: Float = 1f,
 ) {
     internal fun numbers(): DoubleArray {
         require(directivity.size == 8) { "directivity has ${directivity.size} bands instead of 8" }
-        val effects = listOf(direct, reflections, diffraction, transmission, lateReverb)
-        val bits = effects.foldIndexed(0) { bit, sum, on -> if (on) sum or (1 shl bit) else sum }
+        val effects = listOf(
+            direct to Native.Effect.DIRECT,
+            reflections to Native.Effect.REFLECTIONS,
+            diffraction to Native.Effect.DIFFRACTION,
+            transmission to Native.Effect.TRANSMISSION,
+            lateReverb to Native.Effect.LATE_REVERB,
+        )
+        val bits = effects.sumOf { (on, bit) -> if (on) bit else 0 }
         val numbers = DoubleArray(Native.SourceOptions.LENGTH)
         numbers[Native.SourceOptions.EFFECTS] = bits.toDouble()
         numbers[Native.SourceOptions.RADIUS_M] = radiusM.toDouble()
@@ -116,7 +133,7 @@ class SourceOptions(
 
 /** The writing end of a stream of mono samples. One thread at a time, an audio callback included: writing never waits. */
 class SampleStream internal constructor(private val handle: Long) : AutoCloseable {
-    private var closed = false
+    private val handles = Cleaner.watch(this, Handles(handle))
 
     /**
      * Appends as many of [count] floats in native order from a direct buffer as fit; returns their number. Throws
@@ -125,9 +142,8 @@ class SampleStream internal constructor(private val handle: Long) : AutoCloseabl
     fun write(samples: ByteBuffer, count: Int): Int = Native.streamWrite(handle, samples, count)
 
     override fun close() {
-        if (closed) return
-        closed = true
-        Native.close(handle)
+        handles.close()
+        Cleaner.forget(handles)
     }
 }
 

@@ -29,6 +29,8 @@ class Statistics internal constructor(numbers: DoubleArray) {
     /** Paths in the update in use. */
     val paths = numbers[Index.PATHS].toInt()
     val sources = numbers[Index.SOURCES].toInt()
+    /** Quality level in use, 0 full detail to 5 the coarsest. */
+    val qualityLevel = numbers[Index.QUALITY_LEVEL].toInt()
     /** Durations of propagation updates. */
     val propagation = Percentiles(numbers, Index.PROPAGATION)
     /** Durations of extrapolation a graphics frame. */
@@ -54,9 +56,9 @@ class Statistics internal constructor(numbers: DoubleArray) {
     /** Cores allowed for the propagation thread, a bit each. */
     val propagationCores = numbers[Index.PROPAGATION_CORES].toLong()
     /** Cores allowed for the audio thread, a bit each. */
-    val soundCores = numbers[Index.SOUND_CORES].toLong()
+    val soundCores = numbers[Index.AUDIO_CORES].toLong()
     /** Real-time priority of the audio thread; 0 outside that class. */
-    val soundPriority = numbers[Index.SOUND_PRIORITY].toInt()
+    val soundPriority = numbers[Index.AUDIO_PRIORITY].toInt()
     /** Niceness of the audio thread, -20 to 19. */
-    val soundNice = numbers[Index.SOUND_NICE].toInt()
+    val soundNice = numbers[Index.AUDIO_NICE].toInt()
 }

@@ -131,8 +131,8 @@ class MainActivity : Activity(), Choreographer.FrameCallback {
             appendLine("heat ${health.thermalHeadroom}, status ${health.thermalStatus}, hints ${health.hintsPropagation} ${health.hintsSound}")
             if (out != null) {
                 appendLine("device ${out.rateHz} Hz, burst ${out.burstFrames}, buffer ${out.bufferFrames}, playing ${out.playing}")
-                appendLine("exclusive ${out.exclusive}, low latency ${out.lowLatency}, interface ${out.nativeInterface}")
-                appendLine("callbacks of ${out.leastFrames} to ${out.mostFrames} frames, ${out.xruns} xruns, ${out.underrunFrames} underrun frames")
+                appendLine("exclusive ${out.exclusive}, low latency ${out.lowLatency}, ${out.deviceApi}")
+                appendLine("callbacks of ${out.minCallbackFrames} to ${out.maxCallbackFrames} frames, ${out.xruns} xruns, ${out.underrunFrames} underrun frames")
                 append("opened ${out.opened}, refused ${out.refused}, lost ${out.lost}, stalled ${out.stalled}")
             }
         }
