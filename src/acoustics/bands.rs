@@ -18,6 +18,9 @@ pub const CENTRES_HZ: [f64; BANDS] = [
     7_943.282_347_242_815,
 ];
 
+/// Nominal midband frequencies in Hz, by which bands are named (IEC 61260-1).
+pub const NOMINAL_HZ: [u32; BANDS] = [63, 125, 250, 500, 1000, 2000, 4000, 8000];
+
 /// Crossover frequencies between neighbouring bands: 1000 × 10^(0.3 (k + 0.5)), the geometric means of [`CENTRES_HZ`].
 /// The lowest band reaches down to 0 Hz and the highest up to half the sample rate.
 pub const EDGES_HZ: [f64; BANDS - 1] = [

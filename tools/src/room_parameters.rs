@@ -16,8 +16,10 @@ const ONSET_DB: f64 = -20.0;
 /// Parameters of one band. `None` where the response does not decay far enough.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct BandParameters {
-    /// Reverberation time in seconds, from the decay between −5 and −35 dB (T30).
-    pub t60_s: Option<f64>,
+    /// Reverberation time in seconds, from the decay between −5 and −25 dB.
+    pub t20_s: Option<f64>,
+    /// Reverberation time in seconds, from the decay between −5 and −35 dB.
+    pub t30_s: Option<f64>,
     /// Early decay time in seconds, from the first 10 dB.
     pub edt_s: Option<f64>,
     /// Clarity in dB, energy of the first 50 ms against the rest.
@@ -28,21 +30,61 @@ pub struct BandParameters {
     pub d50: Option<f64>,
 }
 
-/// Parameters in each band of a mono impulse response.
-pub fn room_parameters(response: &[f32], rate_hz: u32) -> [BandParameters; BANDS] {
+/// Parameters of a mono impulse response.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RoomParameters {
+    /// In each octave band.
+    pub bands: [BandParameters; BANDS],
+    /// Of the whole response.
+    pub broadband: BandParameters,
+    /// Level of the energy that is still to come, in dB re all of it, every 10 ms from the onset: of each band, then of
+    /// the whole response (Schroeder's decay curve).
+    pub decays_db: Vec<Vec<f64>>,
+}
+
+/// Time between the points of a decay curve in seconds.
+pub const DECAY_STEP_S: f64 = 0.01;
+
+/// Parameters of a mono impulse response, in each band and altogether.
+pub fn room_parameters(response: &[f32], rate_hz: u32) -> RoomParameters {
     let peak = response.iter().fold(0f32, |m, s| m.max(s.abs()));
     let threshold = peak * 10f32.powf(ONSET_DB as f32 / 20.0);
     let onset = response
         .iter()
         .position(|s| s.abs() >= threshold)
         .unwrap_or(0);
-    std::array::from_fn(|band| {
-        let energy: Vec<f64> = octave(response, rate_hz, band)
-            .iter()
-            .map(|s| s * s)
-            .collect();
-        parameters(&energy, onset, f64::from(rate_hz))
-    })
+    let rate_hz_exact = f64::from(rate_hz);
+    let mut decays_db = Vec::with_capacity(BANDS + 1);
+    let mut of = |samples: &mut dyn Iterator<Item = f64>| {
+        let energy: Vec<f64> = samples.map(|s| s * s).collect();
+        let decay_db = decay_curve(&energy[onset..]);
+        let parameters = parameters(&energy, &decay_db, onset, rate_hz_exact);
+        let step = ((DECAY_STEP_S * rate_hz_exact) as usize).max(1);
+        decays_db.push(decay_db.into_iter().step_by(step).collect());
+        parameters
+    };
+    let bands = std::array::from_fn(|band| of(&mut octave(response, rate_hz, band).into_iter()));
+    let broadband = of(&mut response.iter().map(|sample| f64::from(*sample)));
+    RoomParameters {
+        bands,
+        broadband,
+        decays_db,
+    }
+}
+
+/// Level of the energy still to come at each sample, in dB re all of it; empty without energy.
+fn decay_curve(energy: &[f64]) -> Vec<f64> {
+    let total: f64 = energy.iter().sum();
+    if total <= 0.0 {
+        return Vec::new();
+    }
+    let mut rest = total;
+    let level = |e: &f64| {
+        let level = 10.0 * (rest / total).max(1e-30).log10();
+        rest -= e;
+        level
+    };
+    energy.iter().map(level).collect()
 }
 
 /// The response in one octave band, of unchanged length.
@@ -82,20 +124,11 @@ fn mask(hz: f64, centre_hz: f64) -> f64 {
     (position * std::f64::consts::FRAC_PI_2).sin()
 }
 
-fn parameters(energy: &[f64], onset: usize, rate_hz: f64) -> BandParameters {
+fn parameters(energy: &[f64], decay_db: &[f64], onset: usize, rate_hz: f64) -> BandParameters {
     let total: f64 = energy[onset..].iter().sum();
     if total <= 0.0 {
         return BandParameters::default();
     }
-    let mut rest = total;
-    let decay_db: Vec<f64> = energy[onset..]
-        .iter()
-        .map(|e| {
-            let level = 10.0 * (rest / total).max(1e-30).log10();
-            rest -= e;
-            level
-        })
-        .collect();
     let early = |window_s: f64| {
         let count = ((window_s * rate_hz) as usize).min(energy.len() - onset);
         energy[onset..onset + count].iter().sum::<f64>()
@@ -105,8 +138,9 @@ fn parameters(energy: &[f64], onset: usize, rate_hz: f64) -> BandParameters {
         (total - first > 1e-12 * total).then(|| 10.0 * (first / (total - first)).log10())
     };
     BandParameters {
-        t60_s: decay_time(&decay_db, -5.0, -35.0, rate_hz),
-        edt_s: decay_time(&decay_db, 0.0, -10.0, rate_hz),
+        t20_s: decay_time(decay_db, -5.0, -25.0, rate_hz),
+        t30_s: decay_time(decay_db, -5.0, -35.0, rate_hz),
+        edt_s: decay_time(decay_db, 0.0, -10.0, rate_hz),
         c50_db: clarity(0.05),
         c80_db: clarity(0.08),
         d50: Some(early(0.05) / total),
@@ -149,14 +183,23 @@ mod tests {
                 noise * 10f32.powf(-3.0 * n as f32 / (t60_s * rate_hz as f32))
             })
             .collect();
-        for (band, found) in room_parameters(&response, rate_hz as u32)
-            .iter()
-            .enumerate()
-            .skip(1)
-        {
+        let found = room_parameters(&response, rate_hz as u32);
+        for time_s in [
+            found.broadband.t20_s,
+            found.broadband.t30_s,
+            found.broadband.edt_s,
+        ] {
+            let error = (time_s.unwrap_or(0.0) / f64::from(t60_s) - 1.0).abs();
+            assert!(error < 0.02, "broadband: {error}");
+        }
+        // The curve falls by 60 dB in the reverberation time.
+        let point = (f64::from(t60_s) / 2.0 / DECAY_STEP_S) as usize;
+        let fallen_db = found.decays_db[BANDS][point];
+        assert!((fallen_db + 30.0).abs() < 0.5, "{fallen_db}");
+        for (band, found) in found.bands.iter().enumerate().skip(1) {
             // Noise in a narrow band fluctuates: about 1 / sqrt(bandwidth × time), four of them.
             let spread = 4.0 / (0.7 * CENTRES_HZ[band] * f64::from(t60_s)).sqrt();
-            let error = (found.t60_s.unwrap_or(0.0) / f64::from(t60_s) - 1.0).abs();
+            let error = (found.t30_s.unwrap_or(0.0) / f64::from(t60_s) - 1.0).abs();
             assert!(error < spread.min(0.2), "band {band}: {error}");
         }
     }
@@ -173,7 +216,7 @@ mod tests {
     #[test]
     fn silence_has_no_parameters() {
         assert_eq!(
-            room_parameters(&[0.0; 64], 44_100)[3],
+            room_parameters(&[0.0; 64], 44_100).bands[3],
             BandParameters::default()
         );
     }

@@ -622,3 +622,200 @@ fn a_speed_bench_prints_all_keys_and_writes_a_valid_trace() {
         &["--predictor"],
     );
 }
+
+/// Standard output of a command that succeeds.
+fn printed(arguments: &[&str]) -> String {
+    let output = foresound(arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{arguments:?}: {said}");
+    String::from_utf8(output.stdout).expect("text")
+}
+
+#[test]
+fn an_impulse_response_has_named_bands_a_broadband_row_and_a_picture() {
+    let folder = Folder::new();
+    let (room, out, plot) = (
+        folder.room(),
+        folder.path("rir.wav"),
+        folder.path("decay.png"),
+    );
+    let places = ["--source", "1,1,1", "--listener", "1.5,1,1"];
+    let arguments = [
+        &[
+            "rir",
+            "--scene",
+            text(&room),
+            "--out",
+            text(&out),
+            "--seconds",
+            "0.5",
+            "--plot",
+            text(&plot),
+        ],
+        &places[..],
+    ]
+    .concat();
+    let table = printed(&arguments);
+    for word in ["  125 ", " 1000 ", "T20", "T30", "broadband"] {
+        assert!(table.contains(word), "{table} lacks {word:?}");
+    }
+    assert!(fs::read(&plot).expect("a picture").starts_with(b"\x89PNG"));
+    let json = printed(&[&arguments[..], &["--json"]].concat());
+    let value: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(
+        value["bands_hz"],
+        serde_json::json!([63, 125, 250, 500, 1000, 2000, 4000, 8000])
+    );
+    for key in ["t20_s", "t30_s", "edt_s", "c50_db", "c80_db", "d50"] {
+        assert_eq!(value[key].as_array().expect(key).len(), 8);
+        assert!(!value["broadband"][key].is_null(), "{key}: {json}");
+    }
+}
+
+#[test]
+fn materials_are_listed_and_near_names_suggested() {
+    assert!(printed(&["materials"]).contains("wood_panel"));
+    let json = printed(&["materials", "concrete", "--json"]);
+    let value: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(
+        value["materials"][0]["absorption"]
+            .as_array()
+            .expect("a list")
+            .len(),
+        8
+    );
+    refused(
+        &["materials", "WoodPanel"],
+        &["WoodPanel", "wood_panel is near"],
+    );
+    refused(&["materials", "xyzzy"], &["foresound materials"]);
+    let folder = Folder::new();
+    let mesh = folder.write(
+        "panels.obj",
+        "usemtl WoodPanel\nv 0 0 0\nv 6 0 0\nv 0 6 0\nv 0 0 6\nf 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 4 3\n",
+    );
+    let output = foresound(&["inspect", text(&mesh)]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("wood_panel is near"), "{said}");
+    let quiet = foresound(&["inspect", text(&mesh), "--quiet"]);
+    assert!(quiet.stderr.is_empty() && quiet.stdout == output.stdout);
+    let verbose = foresound(&["--verbose", "inspect", text(&mesh)]);
+    let said = String::from_utf8_lossy(&verbose.stderr);
+    assert!(said.contains("4 triangles"), "{said}");
+    let shown = String::from_utf8_lossy(&output.stdout);
+    assert!(shown.contains("kB") && !shown.contains("0.0 MB"), "{shown}");
+}
+
+#[test]
+fn outputs_that_are_no_wav_file_are_refused() {
+    let folder = Folder::new();
+    let room = folder.room();
+    let voice = folder.wav("voice.wav", 1, 16);
+    let source = format!("1,1,1={}", text(&voice));
+    for out in [
+        "-",
+        text(&folder.path("out.flac")),
+        text(&folder.path("out.mp3")),
+    ] {
+        let files = [
+            "--scene",
+            text(&room),
+            "--listener",
+            "1.5,1,1",
+            "--out",
+            out,
+        ];
+        refused(
+            &[&["render", "--source", &*source][..], &files].concat(),
+            &[".wav"],
+        );
+        refused(
+            &[&["rir", "--source", "1,1,1"][..], &files].concat(),
+            &[".wav"],
+        );
+    }
+}
+
+#[test]
+fn a_rendering_tells_its_peak_and_places_without_sound() {
+    let folder = Folder::new();
+    let (room, out) = (folder.room(), folder.path("out.wav"));
+    let voice = folder.wav("voice.wav", 1, 16);
+    let render = |source: &str| {
+        let source = format!("{source}={}", text(&voice));
+        let arguments = [
+            "render",
+            "--scene",
+            text(&room),
+            "--source",
+            &source,
+            "--listener",
+            "1.5,1,1",
+            "--out",
+            text(&out),
+            "--seconds",
+            "0.3",
+            "--loop",
+            "--json",
+        ];
+        let output = foresound(&arguments);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let value: serde_json::Value = serde_json::from_slice(&output.stdout).expect(&said);
+        (value, said)
+    };
+    let (within, said) = render("1,1,1");
+    assert!(!said.contains("note:"), "{said}");
+    let samples = hound::WavReader::open(&out)
+        .expect("a WAV")
+        .into_samples::<f32>();
+    let peak = samples
+        .map(|sample| sample.expect("a sample").abs())
+        .fold(0.0, f32::max);
+    let told_db = within["peak_db"].as_f64().expect("a number");
+    assert!(
+        (told_db - 20.0 * f64::from(peak).log10()).abs() < 1e-6,
+        "{told_db} {peak}"
+    );
+    assert_eq!(within["clipped_samples"], 0);
+    assert_eq!(
+        (&within["layout"], &within["channels"]),
+        (&"binaural".into(), &2.into())
+    );
+    let (_, said) = render("-3,1,1");
+    assert!(
+        said.contains("outside the scene") && said.contains("closed surface"),
+        "{said}"
+    );
+}
+
+#[test]
+fn completions_and_manual_name_the_commands() {
+    for shell in ["bash", "zsh", "fish"] {
+        assert!(printed(&["completions", shell]).contains("materials"));
+    }
+    assert!(printed(&["manual"]).contains(".TH"));
+    let folder = Folder::new();
+    printed(&["manual", "--folder", text(&folder.path("man"))]);
+    assert!(folder.path("man").join("foresound-rir.1").is_file());
+    if cfg!(not(feature = "play")) {
+        refused(&["play", "--scene", "doorway"], &["features play"]);
+    }
+}
+
+/// From another folder, with nothing but its own file.
+#[test]
+fn an_installed_program_finds_its_scenes() {
+    let folder = Folder::new();
+    for _ in 0..2 {
+        let output = Command::new(env!("CARGO_BIN_EXE_foresound"))
+            .args(["inspect", "doorway", "--json"])
+            .current_dir(&folder.0)
+            .env("XDG_CACHE_HOME", folder.path("cache"))
+            .output()
+            .expect("runs");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let value: serde_json::Value = serde_json::from_slice(&output.stdout).expect(&said);
+        assert!(value["triangles"].as_u64() > Some(100), "{value}");
+        assert_eq!(value["defaulted_materials"], serde_json::json!([]));
+    }
+}

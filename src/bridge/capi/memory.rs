@@ -155,7 +155,7 @@ pub(super) unsafe fn elements<'a, T: Copy + Default + 'a>(
     stride: usize,
 ) -> Result<impl Iterator<Item = T> + use<'a, T>, CallError> {
     check_stride::<T>(name, stride)?;
-    let bytes = count.checked_mul(stride).unwrap_or(usize::MAX);
+    let bytes = count.saturating_mul(stride);
     if count > 0 {
         aligned(pointer)?;
     }
@@ -203,7 +203,7 @@ impl<T: Copy> Elements<T> {
         check_stride::<T>(name, stride)?;
         if count > 0 {
             aligned(pointer)?;
-            let bytes = count.checked_mul(stride).unwrap_or(usize::MAX);
+            let bytes = count.saturating_mul(stride);
             check_array::<u8>(name, pointer.cast(), bytes)?;
         }
         Ok(Self {
@@ -262,7 +262,7 @@ pub(super) trait FromC<'a> {
     ///
     /// # Safety
     /// As [`Self::from_c`].
-    unsafe fn clear(_: Self::Raw) {}
+    unsafe fn clear(_: &'static str, _: Self::Raw) {}
 
     /// Checks and converts a parameter.
     ///
@@ -314,10 +314,10 @@ impl FromC<'_> for HandleOut {
     type Raw = *mut u64;
     type Value = HandleVariable;
 
-    unsafe fn clear(raw: *mut u64) {
+    unsafe fn clear(name: &'static str, raw: *mut u64) {
         // A pointer that is none is an error of `from_c`.
         // SAFETY: the caller's obligation.
-        let _ = unsafe { store("handle", raw, 0) };
+        let _ = unsafe { store(name, raw, 0) };
     }
 
     unsafe fn from_c(name: &'static str, raw: *mut u64) -> Result<HandleVariable, CallError> {

@@ -88,7 +88,7 @@ macro_rules! c_functions {
             ) -> Status {
                 answer(|| {
                     // SAFETY: the caller's obligation.
-                    $(unsafe { <$kind as FromC>::clear(($parameter $(, $count)?)) };)*
+                    $(unsafe { <$kind as FromC>::clear(stringify!($parameter), ($parameter $(, $count)?)) };)*
                     // SAFETY: the caller's obligation.
                     $(unsafe { store(stringify!($result), $result, <$result_kind as Returned>::NONE) }?;)?
                     $(

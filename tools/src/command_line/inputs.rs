@@ -13,6 +13,9 @@ use foresound_tools::clip::{Clip, load_clip};
 use foresound_tools::listener_path::parse_position;
 use glam::Vec3;
 
+use crate::materials::near;
+use crate::{assets, verbosity};
+
 /// Options of reading a mesh.
 #[derive(clap::Args, Clone, Default)]
 pub(crate) struct SceneArguments {
@@ -100,12 +103,24 @@ pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<Loa
         ));
     }
     if !scene.defaulted_materials().is_empty() {
+        let names = scene.defaulted_materials().iter().map(|name| {
+            let name = name.escape_debug().to_string();
+            near(&name, &table).map_or(name.clone(), |near| format!("{name} ({near} is near)"))
+        });
         notes.push(format!(
-            "{}: no material is called {}; \"generic\" is used: give a --materials file that names them",
+            "{}: no material is called {}; \"generic\" is used: give a --materials file that names them, or names of `foresound materials`",
             file.display(),
-            listed(scene.defaulted_materials())
+            listed(&names.collect::<Vec<_>>())
         ));
     }
+    verbosity::told(format_args!(
+        "{}: {} triangles, {} surfaces, {} edges that diffract, {}",
+        file.display(),
+        report.triangles,
+        scene.surfaces().len(),
+        scene.edges().len(),
+        bytes_text(scene.memory_bytes())
+    ));
     Ok(LoadedScene {
         scene: Arc::new(scene),
         layout,
@@ -113,14 +128,47 @@ pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<Loa
     })
 }
 
+/// A number of bytes in the unit that gives it one to three digits.
+pub(crate) fn bytes_text(bytes: usize) -> String {
+    let mut amount = bytes as f64;
+    for unit in ["bytes", "kB", "MB"] {
+        if amount < 1000.0 {
+            return match unit {
+                "bytes" => counted(bytes, "byte"),
+                _ => format!("{amount:.1} {unit}"),
+            };
+        }
+        amount /= 1000.0;
+    }
+    format!("{amount:.1} GB")
+}
+
+/// A number of things: `1 source`, `2 sources`.
+pub(crate) fn counted(count: usize, thing: &str) -> String {
+    match count {
+        1 => format!("1 {thing}"),
+        _ => format!("{count} {thing}s"),
+    }
+}
+
+/// Refuses an output that would be no WAV file of its name.
+pub(crate) fn check_wav_name(out: &Path) -> Result<()> {
+    let is_wav = |extension: &std::ffi::OsStr| extension.eq_ignore_ascii_case("wav");
+    let problem = if out.as_os_str() == "-" {
+        "a WAV file's header needs its length, which standard output cannot take back"
+    } else if out.extension().is_some_and(|extension| !is_wav(extension)) {
+        "is no name of a WAV file, which is what is written"
+    } else {
+        return Ok(());
+    };
+    Err(Error::file(out, problem, "give a name that ends in .wav"))
+}
+
 /// The first names of a list, without control characters.
 fn listed(names: &[String]) -> String {
     const MOST: usize = 12;
     let shown = names.iter().take(MOST);
-    let mut text = shown
-        .map(|name| name.escape_debug().to_string())
-        .collect::<Vec<_>>()
-        .join(", ");
+    let mut text = shown.cloned().collect::<Vec<_>>().join(", ");
     if names.len() > MOST {
         text.push_str(&format!(" and {} more", names.len() - MOST));
     }
@@ -130,27 +178,9 @@ fn listed(names: &[String]) -> String {
 fn scene_file(named: &Path) -> Result<PathBuf> {
     let name = named.to_string_lossy();
     if procedural::NAMES.contains(&&*name) && !named.exists() {
-        return asset(&format!("scenes/{name}.obj"));
+        return assets::scene(&name);
     }
     Ok(named.to_owned())
-}
-
-/// A file of the repository's `assets`: from the working folder, or else from the folder of the build.
-pub(crate) fn asset(name: &str) -> Result<PathBuf> {
-    let here = Path::new("assets").join(name);
-    let built = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../assets")
-        .join(name);
-    [here.clone(), built]
-        .into_iter()
-        .find(|path| path.is_file())
-        .ok_or_else(|| {
-            Error::file(
-                here,
-                "not found",
-                "run from the repository's folder, or restore its assets",
-            )
-        })
 }
 
 /// A source and its sound.
@@ -274,7 +304,7 @@ pub(crate) fn within(
 
 /// A clip of one of the sixteen voices; higher numbers wrap around.
 pub(crate) fn voice(number: usize, rate_hz: u32) -> Result<Clip> {
-    let file = asset(&format!("speech/voice{:02}.wav", number % 16 + 1))?;
+    let file = assets::sound(&format!("speech/voice{:02}", number % 16 + 1))?;
     load_sound(&file, rate_hz)
 }
 
@@ -285,8 +315,11 @@ pub(crate) fn load_sound(file: &Path, rate_hz: u32) -> Result<Clip> {
     Ok(clip)
 }
 
-/// Notes on standard error, a line each.
+/// Notes on standard error, a line each, unless the program is to be quiet.
 pub(crate) fn print_notes(notes: &[String]) {
+    if verbosity::is_quiet() {
+        return;
+    }
     for note in notes {
         eprintln!("note: {note}");
     }

@@ -7,7 +7,7 @@ use foresound::Result;
 use glam::Vec3;
 use serde_json::json;
 
-use crate::inputs::{SceneArguments, load_scene, print_notes};
+use crate::inputs::{SceneArguments, bytes_text, load_scene, print_notes};
 use crate::surfaces_file;
 
 #[derive(clap::Args)]
@@ -107,6 +107,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     outln!("  welded      {} vertices", report.vertices_welded);
     let [low, high, size] = [min, max, max - min].map(millimetres);
     outln!("  bounds      {low} to {high} m, size {size}");
-    outln!("  memory      {:.1} MB", scene.memory_bytes() as f64 / 1e6);
+    outln!("  memory      {}", bytes_text(scene.memory_bytes()));
     Ok(())
 }

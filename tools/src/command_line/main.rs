@@ -1,5 +1,5 @@
-//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `validate`, `evaluate`, `bench`, `soak`,
-//! `scenes`, `view`, and with the feature `play` also `play`.
+//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `materials`, `validate`, `evaluate`, `bench`, `soak`,
+//! `scenes`, `view`, `completions`, `manual`, and with the feature `play` also `play`.
 //!
 //! Results go to standard output, everything else to standard error. A wrong argument or file gives one line with advice
 //! and exit code 2; a violated law gives exit code 1.
@@ -11,13 +11,17 @@ macro_rules! outln {
     };
 }
 
+mod assets;
 mod bench;
 mod counting;
 mod demo;
 mod evaluate;
 mod inputs;
 mod inspect;
+mod manual;
+mod materials;
 mod memory_use;
+mod placement;
 #[cfg(feature = "play")]
 mod play;
 mod printed;
@@ -33,6 +37,7 @@ mod soak;
 mod surfaces_file;
 mod traces;
 mod validate;
+mod verbosity;
 mod view;
 mod walker;
 
@@ -48,7 +53,13 @@ static ALLOCATOR: counting::Counting = counting::Counting;
 /// Real-time ray-traced sound: renders, measures and inspects on a host.
 #[derive(Parser)]
 #[command(name = "foresound", version, about)]
-struct Cli {
+pub(crate) struct Cli {
+    /// Print errors only, no notes and no progress.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Say what is being done.
+    #[arg(short, long, global = true)]
+    verbose: bool,
     #[command(subcommand)]
     command: Option<Command>,
 }
@@ -63,6 +74,8 @@ enum Command {
     Rir(rir::Arguments),
     /// Reports on a mesh: triangles, surfaces, materials, edges, bounds.
     Inspect(inspect::Arguments),
+    /// Lists the built-in materials.
+    Materials(materials::Arguments),
     /// Checks propagation against closed forms and standards.
     Validate(validate::Arguments),
     /// Runs the engine in real time into a null device while its state changes at random.
@@ -72,12 +85,20 @@ enum Command {
     Play(play::Arguments),
     /// Shows a scene live in the browser: walk, drag sources and doors, see paths, hear it.
     View(view::Arguments),
+    /// Is not in this build.
+    #[cfg(not(feature = "play"))]
+    #[command(hide = true)]
+    Play(manual::Unavailable),
     /// Scores asynchronous rendering against synchronous: the paper's Tables 5 and 6, with a report.
     Evaluate(evaluate::Arguments),
     /// Writes the benchmark scenes.
     Scenes(scenes::Arguments),
     /// Measures speed on this machine.
     Bench(bench::Arguments),
+    /// Prints completions for a shell.
+    Completions(manual::CompletionArguments),
+    /// Prints the manual page, or writes one for each command.
+    Manual(manual::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -93,6 +114,7 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
+    verbosity::set(cli.quiet, cli.verbose);
     signals::remove_temporary_files_on_signals();
     match run(cli) {
         Ok(code) => code,
@@ -117,6 +139,11 @@ fn run(cli: Cli) -> Result<ExitCode> {
         #[cfg(feature = "play")]
         Command::Play(arguments) => play::run(&arguments)?,
         Command::View(arguments) => view::run(&arguments)?,
+        #[cfg(not(feature = "play"))]
+        Command::Play(arguments) => return Err(arguments.error()),
+        Command::Materials(arguments) => materials::run(&arguments)?,
+        Command::Completions(arguments) => manual::complete(&arguments),
+        Command::Manual(arguments) => manual::run(&arguments)?,
         Command::Evaluate(arguments) => evaluate::run(&arguments)?,
         Command::Scenes(arguments) => scenes::run(&arguments)?,
         Command::Bench(arguments) => bench::run(&arguments)?,

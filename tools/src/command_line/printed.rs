@@ -48,6 +48,12 @@ pub(crate) fn rows(rows: &[Value], json: bool) {
     }
 }
 
+/// A number with four significant digits, or nine decimals.
+pub(crate) fn four_digits(number: f64) -> String {
+    let decimals = (3.0 - number.abs().max(1e-6).log10().floor()).clamp(0.0, 9.0);
+    format!("{number:.*}", decimals as usize)
+}
+
 fn flatten(key: &str, value: &Value, pairs: &mut Vec<String>) {
     match value {
         Value::Object(object) => {
@@ -58,11 +64,30 @@ fn flatten(key: &str, value: &Value, pairs: &mut Vec<String>) {
         }
         Value::Number(number) if number.is_f64() => {
             let number = number.as_f64().unwrap_or_default();
-            // Four significant digits.
-            let decimals = (3.0 - number.abs().max(1e-6).log10().floor()).clamp(0.0, 9.0);
-            pairs.push(format!("{key} {number:.*}", decimals as usize));
+            pairs.push(format!("{key} {}", four_digits(number)));
         }
         Value::String(text) => pairs.push(format!("{key} {text}")),
         other => pairs.push(format!("{key} {other}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::four_digits;
+
+    #[test]
+    fn numbers_have_four_digits_and_no_exponent() {
+        let shown = [100.0, 0.0, 12_345.6, 0.012_345_6, -2.5, 1e-12].map(four_digits);
+        assert_eq!(
+            shown,
+            [
+                "100.0",
+                "0.000000000",
+                "12346",
+                "0.01235",
+                "-2.500",
+                "0.000000000"
+            ]
+        );
     }
 }

@@ -4,6 +4,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::verbosity;
+
 /// Work shorter than this shows no bar.
 const PATIENCE: Duration = Duration::from_secs(1);
 
@@ -50,6 +52,9 @@ impl Progress {
             self.bar.inc(steps);
         }
         let elapsed = self.started.elapsed();
+        if verbosity::is_quiet() {
+            return;
+        }
         if !self.shown && elapsed > PATIENCE {
             self.shown = true;
             self.bar.set_draw_target(ProgressDrawTarget::stderr());

@@ -6,14 +6,16 @@ use std::sync::Arc;
 use foresound::generation::Hrtf;
 use foresound::output::wav::WavSink;
 use foresound::runtime::{Latency, OfflineSettings, Schedule};
+use foresound::scene::Scene;
 use foresound::{Error, Result};
 use foresound_tools::listener_path::ListenerPath;
 use serde_json::json;
 
 use crate::inputs::{
-    SceneArguments, SourceArgument, SourcePosition, keep_inputs, load_scene, load_sound,
-    parse_source, predictor_named, print_notes,
+    SceneArguments, SourceArgument, SourcePosition, check_wav_name, counted, keep_inputs,
+    load_scene, load_sound, parse_source, predictor_named, print_notes,
 };
+use crate::placement::{Place, notes};
 use crate::session::{MovingPart, Session, Sound, median, milliseconds};
 
 /// Seconds of reverb after the last sound ends.
@@ -173,6 +175,62 @@ fn load_part(text: &str, intake: &SceneArguments) -> Result<MovingPart> {
     })
 }
 
+/// Peak and clipping of what is written.
+#[derive(Default)]
+struct Levels {
+    peak: f32,
+    clipped: u64,
+}
+
+impl Levels {
+    fn add(&mut self, block: &[f32]) {
+        for sample in block {
+            self.peak = self.peak.max(sample.abs());
+            self.clipped += u64::from(sample.abs() > 1.0);
+        }
+    }
+
+    /// Peak in dB re full scale; `None` for silence.
+    fn peak_db(&self) -> Option<f64> {
+        (self.peak > 0.0).then(|| 20.0 * f64::from(self.peak).log10())
+    }
+
+    fn notes(&self) -> Vec<String> {
+        match (self.peak, self.clipped) {
+            (0.0, _) => vec!["the result is silent".to_owned()],
+            (_, 0) => Vec::new(),
+            (_, clipped) => vec![format!(
+                "{} beyond full scale: 16-bit copies of the file clip there",
+                counted(clipped as usize, "sample")
+            )],
+        }
+    }
+}
+
+/// Notes on places without sound: of the sources, and of the listener, at the beginning.
+fn placement_notes(
+    scene: &Scene,
+    sounds: &[Sound],
+    sources: &[SourceArgument],
+    listener: &ListenerPath,
+) -> Vec<String> {
+    let pairs = sounds.iter().zip(sources).enumerate();
+    let places: Vec<Place> = pairs
+        .map(|(index, (sound, source))| Place {
+            what: match &source.position {
+                SourcePosition::Named(name) => format!("the source {name}"),
+                SourcePosition::At(_) => format!("source {}", index + 1),
+            },
+            position: sound.source.position,
+        })
+        .collect();
+    let ear = Place {
+        what: "the listener".to_owned(),
+        position: listener.at(0.0).position,
+    };
+    notes(scene, &places, &ear)
+}
+
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let schedule = arguments.schedule()?;
     let predictor = predictor_named(&arguments.predictor)?;
@@ -181,6 +239,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         .iter()
         .map(|s| parse_source(s))
         .collect::<Result<_>>()?;
+    check_wav_name(&arguments.out)?;
     let inputs = inputs(arguments, &sources);
     keep_inputs(&arguments.out, inputs.iter().map(PathBuf::as_path))?;
     let listener = ListenerPath::parse(&arguments.listener)?;
@@ -207,6 +266,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         let (index, path) = source_path(text, &sources)?;
         sounds[index].path = Some(path);
     }
+    print_notes(&placement_notes(
+        &loaded.scene,
+        &sounds,
+        &sources,
+        &listener,
+    ));
     let duration_s = arguments.duration_s(&sounds, &listener)?;
     let mut settings = OfflineSettings::default();
     settings.graphics_rate_hz = arguments.graphics_rate;
@@ -227,8 +292,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         settings,
     };
     let mut sink = WavSink::create(&arguments.out, arguments.rate, 2)?;
-    let rendered = session.render(&mut |block| sink.write(block))?;
+    let mut levels = Levels::default();
+    let rendered = session.render(&mut |block| {
+        levels.add(block);
+        sink.write(block)
+    })?;
     sink.finish()?;
+    print_notes(&levels.notes());
     let report = &rendered.report;
     let sps_ms = milliseconds(&report.propagation);
     if arguments.json {
@@ -241,13 +311,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             "level": schedule.extrapolation_level(),
             "sps_ms_p50": median(&sps_ms),
             "dropped_paths": report.dropped_paths,
+            "layout": "binaural",
+            "channels": 2,
+            "peak_db": levels.peak_db(),
+            "clipped_samples": levels.clipped,
         });
         outln!("{value}");
     } else {
         outln!(
-            "{}: {duration_s:.2} s, {} sources, {} paths, {} rays and {:.2} ms an update",
+            "{}: {duration_s:.2} s, {}, peak {}, {} paths, {} rays and {:.2} ms an update",
             arguments.out.display(),
-            sounds.len(),
+            counted(sounds.len(), "source"),
+            levels
+                .peak_db()
+                .map_or("none".to_owned(), |db| format!("{db:.1} dB")),
             median(&report.paths),
             median(&report.rays),
             median(&sps_ms)

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use foresound::Result;
 use foresound::acoustics::BANDS;
-use foresound::acoustics::bands::CENTRES_HZ;
+use foresound::acoustics::bands::NOMINAL_HZ;
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::Hrtf;
 use foresound::output::wav::WavSink;
@@ -13,11 +13,13 @@ use foresound::propagation::{LateEnergy, LateGroup, PathSet};
 use foresound::runtime::{OfflineSettings, Schedule};
 use foresound::scene::{SourceId, SourcePose};
 use foresound_tools::clip::Clip;
+use foresound_tools::decay_figure::draw_decay_figure;
 use foresound_tools::listener_path::{ListenerPath, parse_position};
-use foresound_tools::room_parameters::{BandParameters, room_parameters};
+use foresound_tools::room_parameters::{BandParameters, RoomParameters, room_parameters};
 use serde_json::json;
 
-use crate::inputs::{SceneArguments, keep_inputs, load_scene, print_notes, within};
+use crate::inputs::{SceneArguments, check_wav_name, keep_inputs, load_scene, print_notes, within};
+use crate::placement::{Place, notes};
 use crate::session::{Session, Sound};
 
 /// Graphics frames, and updates, a second; nothing moves.
@@ -39,6 +41,9 @@ pub(crate) struct Arguments {
     /// The WAV file to write, 32-bit float.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    /// A PNG file for the decay curves of all bands.
+    #[arg(long, value_name = "FILE.png")]
+    plot: Option<PathBuf>,
     /// Two ears (looking along −z) instead of one omnidirectional channel.
     #[arg(long)]
     binaural: bool,
@@ -57,11 +62,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let position = parse_position("--source", &arguments.source)?;
     let listener = ListenerPath::AtRest(parse_position("--listener", &arguments.listener)?);
     within("--seconds", arguments.seconds, 0.1..=60.0, " s")?;
+    check_wav_name(&arguments.out)?;
     let inputs = arguments.intake.files(&arguments.scene);
     keep_inputs(&arguments.out, inputs.iter().map(PathBuf::as_path))?;
     let omni = Arc::new(Hrtf::omnidirectional(arguments.rate)?);
     let loaded = load_scene(&arguments.scene, &arguments.intake)?;
     print_notes(&loaded.notes);
+    let place = |what: &str, position| Place {
+        what: what.to_owned(),
+        position,
+    };
+    let places = [place("the source", position)];
+    let ear = place("the listener", listener.at(0.0).position);
+    print_notes(&notes(&loaded.scene, &places, &ear));
     let channels = if arguments.binaural { 2 } else { 1 };
     let mut sink = WavSink::create(&arguments.out, arguments.rate, channels)?;
     let mut settings = OfflineSettings::default();
@@ -113,8 +126,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         sink.write(&mono)?;
     }
     sink.finish()?;
-    let bands = room_parameters(&mono, arguments.rate);
-    print_parameters(arguments, &bands, &paths);
+    let parameters = room_parameters(&mono, arguments.rate);
+    print_parameters(arguments, &parameters, &paths);
+    if let Some(file) = &arguments.plot {
+        draw_decay_figure(&parameters)?.save_png(file)?;
+    }
     Ok(())
 }
 
@@ -135,19 +151,31 @@ fn slopes(paths: &PathSet, band: usize) -> Vec<serde_json::Value> {
     audible.map(slope).collect()
 }
 
-fn print_parameters(arguments: &Arguments, bands: &[BandParameters], paths: &PathSet) {
+fn print_parameters(arguments: &Arguments, parameters: &RoomParameters, paths: &PathSet) {
+    let RoomParameters {
+        bands, broadband, ..
+    } = parameters;
     if arguments.json {
         let column = |value: fn(&BandParameters) -> Option<f64>| -> Vec<_> {
             bands.iter().map(value).collect()
         };
         let value = json!({
             "out": arguments.out.to_string_lossy(),
-            "bands_hz": CENTRES_HZ,
-            "t60_s": column(|b| b.t60_s),
+            "bands_hz": NOMINAL_HZ,
+            "t20_s": column(|b| b.t20_s),
+            "t30_s": column(|b| b.t30_s),
             "edt_s": column(|b| b.edt_s),
             "c50_db": column(|b| b.c50_db),
             "c80_db": column(|b| b.c80_db),
             "d50": column(|b| b.d50),
+            "broadband": {
+                "t20_s": broadband.t20_s,
+                "t30_s": broadband.t30_s,
+                "edt_s": broadband.edt_s,
+                "c50_db": broadband.c50_db,
+                "c80_db": broadband.c80_db,
+                "d50": broadband.d50,
+            },
             "late": (0..BANDS).map(|band| slopes(paths, band)).collect::<Vec<_>>(),
         });
         outln!("{value}");
@@ -155,19 +183,23 @@ fn print_parameters(arguments: &Arguments, bands: &[BandParameters], paths: &Pat
     }
     outln!("{}", arguments.out.display());
     outln!(
-        "  {:>8} {:>7} {:>7} {:>8} {:>8} {:>6}",
+        "  {:>9} {:>7} {:>7} {:>7} {:>8} {:>8} {:>6}",
         "band Hz",
-        "T60 s",
+        "T20 s",
+        "T30 s",
         "EDT s",
         "C50 dB",
         "C80 dB",
         "D50"
     );
     let cell = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.2}"));
-    for (band, centre) in bands.iter().zip(CENTRES_HZ) {
+    let names = NOMINAL_HZ.map(|hz| hz.to_string());
+    let names = names.iter().map(String::as_str).chain(["broadband"]);
+    for (band, name) in bands.iter().chain([broadband]).zip(names) {
         outln!(
-            "  {centre:>8.0} {:>7} {:>7} {:>8} {:>8} {:>6}",
-            cell(band.t60_s),
+            "  {name:>9} {:>7} {:>7} {:>7} {:>8} {:>8} {:>6}",
+            cell(band.t20_s),
+            cell(band.t30_s),
             cell(band.edt_s),
             cell(band.c50_db),
             cell(band.c80_db),

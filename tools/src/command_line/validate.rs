@@ -8,6 +8,7 @@ use foresound_tools::edge_figure::draw_edge_figure;
 use foresound_tools::validate::{late_figures, law_names, measure};
 use serde_json::json;
 
+use crate::printed::four_digits;
 use crate::progress::Progress;
 
 #[derive(clap::Args)]
@@ -62,11 +63,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         for row in &rows {
             let mark = if row.pass { "ok  " } else { "FAIL" };
             outln!(
-                "{mark} {}: {:.4e} {} (bound {:.4e})",
+                "{mark} {}: {} {} (bound {})",
                 row.law,
-                row.figure,
+                figure_text(row.figure),
                 row.unit,
-                row.bound
+                figure_text(row.bound)
             );
         }
     }
@@ -76,6 +77,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     } else {
         ExitCode::FAILURE
     })
+}
+
+/// A figure in plain digits, and in powers of ten only where those would be zeros or many.
+fn figure_text(figure: f64) -> String {
+    match figure.abs() {
+        0.0 => "0".to_owned(),
+        1e-4..1e6 => four_digits(figure),
+        _ => format!("{figure:.3e}"),
+    }
 }
 
 /// Writes the pictures of the laws and prints their files.

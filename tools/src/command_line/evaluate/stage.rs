@@ -14,7 +14,8 @@ use foresound_tools::open_space::{clear_m, open_space};
 use glam::Vec3;
 
 use super::Arguments;
-use crate::inputs::{SceneArguments, asset, load_scene, print_notes};
+use crate::assets::sound;
+use crate::inputs::{SceneArguments, load_scene, print_notes};
 
 /// Sample rate of all sounds.
 pub(super) const RATE_HZ: u32 = 44_100;
@@ -179,9 +180,9 @@ fn load(signal: &str, own: Option<&Path>) -> Result<Sounds> {
     let clips = match (signal, own) {
         ("speech", Some(folder)) => recordings(folder)?,
         ("speech", None) => (1..=MAX_SOURCES)
-            .map(|voice| clip(&asset(&format!("speech/voice{voice:02}.wav"))?))
+            .map(|voice| clip(&sound(&format!("speech/voice{voice:02}"))?))
             .collect::<Result<_>>()?,
-        (other, _) => vec![clip(&asset(&format!("signals/{other}.wav"))?)?],
+        (other, _) => vec![clip(&sound(&format!("signals/{other}"))?)?],
     };
     let lists = clips.iter().flat_map(|clip| {
         let bits = clip.samples.iter().map(|sample| sample.to_bits());
