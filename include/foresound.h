@@ -57,7 +57,7 @@
     0.0f, 0.0f, 0.0f, 0.0f}}
 #define FORESOUND_PROPAGATION_OPTIONS_INIT {sizeof(ForesoundPropagationOptions), 1024u, 128u, 4u, 2u}
 #define FORESOUND_SCENE_OPTIONS_INIT {sizeof(ForesoundSceneOptions), FORESOUND_UP_AXIS_Y, 1.0f, 20.0f, 50.0f, \
-    101.325f, 0.5f, 40.0f, 4194304u}
+    101.325f, 0.5f, 40.0f, -1.0f, 4194304u}
 #define FORESOUND_BUDGET_OPTIONS_INIT {sizeof(ForesoundBudgetOptions), 0u, 0u, 0u, 0.0, 0.0}
 #define FORESOUND_SCENE_INFO_INIT {sizeof(ForesoundSceneInfo), 0u, 0u, 0u, 0u, 0u, 0.0, {0.0f, 0.0f, 0.0f}, {0.0f, \
     0.0f, 0.0f}}
@@ -606,6 +606,9 @@ typedef struct ForesoundSceneOptions {
   float min_panel_m2;
   // Largest area in m² of a panel whose free edges limit its reflection; 0: none.
   float max_finite_panel_m2;
+  // Distance in metres from a common plane within which corners of neighbouring triangles are roughness of one plane
+  // surface, 0 to 0.5; -1: an eighth of the wavelength at 1 kHz.
+  float acoustic_tolerance_m;
   // Maximum number of triangles; a mesh with more is refused.
   uint32_t max_triangles;
 } ForesoundSceneOptions;
@@ -830,7 +833,8 @@ FORESOUND_API ForesoundStatus foresound_progress_create(uint64_t *progress);
 // Writes the share of a scene's construction that is done, 0 to 1. Control thread, also during the construction.
 FORESOUND_API ForesoundStatus foresound_progress_read(uint64_t progress, float *done);
 
-// Cancels a scene's construction: the call returns FORESOUND_STATUS_CANCELLED soon. Control thread.
+// Cancels a scene's construction: the call returns FORESOUND_STATUS_CANCELLED after its present phase, of four. Control
+// thread.
 FORESOUND_API ForesoundStatus foresound_progress_cancel(uint64_t progress);
 
 // Builds a scene from an OBJ file, whose `usemtl` names materials. Else as foresound_scene_from_mesh.

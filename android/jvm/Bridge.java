@@ -298,7 +298,7 @@ final class Bridge {
                 corners, new int[] {0, 1, 2}, new int[] {5}, new String[] {"a"}, null, null, 0));
         refuses(argument, () -> Native.sceneFromMesh(corners, new int[] {0, 1, 2}, null, null, "[what", null, 0));
         refuses(argument, () -> Native.sceneFromMesh(
-                corners, new int[] {0, 1, 2}, null, null, null, new double[] {0, 1, -500, 50, 100, 0.5, 40, 1e6}, 0));
+                corners, new int[] {0, 1, 2}, null, null, null, new double[] {0, 1, -500, 50, 100, 0.5, 40, -1, 1e6}, 0));
         refuses(none, () -> Native.sceneFromFile(null, null, null, 0));
         refuses(java.io.IOException.class, () -> Native.sceneFromFile("/no/such\u0000 file \ud83d\ude00.obj", null, null, 0));
         refuses(argument, () -> Native.sceneInfo(scene, new double[1]));

@@ -33,6 +33,9 @@ record! {
         pub min_panel_m2: f32,
         /// Largest area in m² of a panel whose free edges limit its reflection; 0: none.
         pub max_finite_panel_m2: f32,
+        /// Distance in metres from a common plane within which corners of neighbouring triangles are roughness of one plane
+        /// surface, 0 to 0.5; -1: an eighth of the wavelength at 1 kHz.
+        pub acoustic_tolerance_m: f32,
         /// Maximum number of triangles; a mesh with more is refused.
         pub max_triangles: u32,
     }
@@ -51,6 +54,7 @@ impl Default for SceneOptions {
             pressure_kpa: medium.pressure_kpa as f32,
             min_panel_m2: settings.min_panel_m2 as f32,
             max_finite_panel_m2: settings.max_finite_panel_m2 as f32,
+            acoustic_tolerance_m: settings.acoustic_tolerance_m.map_or(-1.0, |m| m as f32),
             max_triangles: settings.most_triangles as u32,
         }
     }
@@ -70,6 +74,9 @@ impl SceneOptions {
         change(self.pressure_kpa, &mut settings.medium.pressure_kpa);
         change(self.min_panel_m2, &mut settings.min_panel_m2);
         change(self.max_finite_panel_m2, &mut settings.max_finite_panel_m2);
+        if self.acoustic_tolerance_m != -1.0 {
+            settings.acoustic_tolerance_m = Some(self.acoustic_tolerance_m.into());
+        }
         settings.most_triangles = self.max_triangles as usize;
         settings
     }

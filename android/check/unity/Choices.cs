@@ -5,7 +5,7 @@ namespace Foresound.Check
     /// <summary>Settings whose form depends on the version of the C interface.</summary>
     static unsafe class Choices
     {
-        internal static void Synchronous(ref Options options) => options.Schedule = 1;
+        internal static void Synchronous(ref Options options) => options.Schedule = Schedule.Synchronous;
 
         /// <summary>An engine that takes as little time and memory as possible.</summary>
         internal static Options Light()
@@ -19,13 +19,13 @@ namespace Foresound.Check
             options.GuideRays = 16;
             options.SourceRays = 8;
             options.MaxDelayS = 0.05;
-            options.Hrtf = 1;
+            options.Hrtf = Hrtf.None;
             options.LateReverb = 0;
             options.ShownPaths = 4;
             Synchronous(ref options);
             return options;
         }
 
-        internal static Status SceneFromFile(byte* path, ulong* scene) => Native.SceneFromFile(path, null, null, scene);
+        internal static Status SceneFromFile(byte* path, ulong* scene) => Native.SceneFromFile(path, null, null, 0, scene);
     }
 }

@@ -46,7 +46,7 @@ namespace Foresound.Check
         /// <summary>Every call as in android/c/walk.c.</summary>
         internal static void Bindings(string obj, string raw)
         {
-            Options options;
+            var options = new Options { Size = Options.Bytes };
             Must(Native.OptionsDefault(&options));
             options.RateHz = RateHz;
             options.GuideRays = 256;

@@ -36,25 +36,188 @@ namespace Foresound.Interop
         Panic = 11,
         /// <summary>The instance was removed or never added.</summary>
         StaleInstance = 12,
+        /// <summary>The caller's header is of another major version than the library.</summary>
+        Version = 13,
+        /// <summary>The call was cancelled.</summary>
+        Cancelled = 14,
     }
 
-    /// <summary>Settings of an engine. Fill it with the defaults, then change fields.</summary>
+    /// <summary>When propagation runs.</summary>
+    public enum Schedule : uint
+    {
+        /// <summary>Continuously, on a thread of its own.</summary>
+        Asynchronous = 0,
+        /// <summary>Within every tick.</summary>
+        Synchronous = 1,
+    }
+
+    /// <summary>Extrapolation of paths between updates.</summary>
+    public enum Predictor : uint
+    {
+        /// <summary>Paths stay as the update had them.</summary>
+        Hold = 0,
+        /// <summary>Delays and amplitudes go on along lines.</summary>
+        Linear = 1,
+        /// <summary>Paths are computed anew for the poses of each graphics frame.</summary>
+        Geometric = 2,
+    }
+
+    /// <summary>Cores of an engine's threads.</summary>
+    public enum Affinity : uint
+    {
+        /// <summary>The system chooses.</summary>
+        System = 0,
+        /// <summary>The two fastest.</summary>
+        Fastest = 1,
+        /// <summary>Those that the options name.</summary>
+        Chosen = 2,
+    }
+
+    /// <summary>What turns paths into two ears.</summary>
+    public enum Hrtf : uint
+    {
+        /// <summary>The HRTF set passed at creation, else the built-in one.</summary>
+        Set = 0,
+        /// <summary>None: both ears receive the same signal.</summary>
+        None = 1,
+    }
+
+    /// <summary>State of an engine.</summary>
+    public enum EngineState : uint
+    {
+        /// <summary>Running.</summary>
+        Running = 0,
+        /// <summary>Paused.</summary>
+        Paused = 1,
+        /// <summary>
+        /// Propagation failed; sound continues with the last paths. Call foresound_engine_restart.
+        /// </summary>
+        PropagationFailed = 2,
+        /// <summary>The renderer was closed. Create another engine.</summary>
+        RendererGone = 3,
+    }
+
+    /// <summary>The system's thermal status.</summary>
+    public enum ThermalStatus : int
+    {
+        /// <summary>Unknown.</summary>
+        Unknown = -1,
+        /// <summary>No throttling.</summary>
+        None = 0,
+        /// <summary>Light.</summary>
+        Light = 1,
+        /// <summary>Moderate.</summary>
+        Moderate = 2,
+        /// <summary>Severe.</summary>
+        Severe = 3,
+        /// <summary>Critical.</summary>
+        Critical = 4,
+        /// <summary>Emergency.</summary>
+        Emergency = 5,
+        /// <summary>Shutdown.</summary>
+        Shutdown = 6,
+    }
+
+    /// <summary>Upward axis of a file.</summary>
+    public enum UpAxis : uint
+    {
+        /// <summary>+y.</summary>
+        Y = 0,
+        /// <summary>+z.</summary>
+        Z = 1,
+    }
+
+    /// <summary>System library of a sound device.</summary>
+    public enum DeviceApi : uint
+    {
+        /// <summary>Another, or none.</summary>
+        Other = 0,
+        /// <summary>AAudio.</summary>
+        Aaudio = 1,
+        /// <summary>OpenSL ES.</summary>
+        OpenslEs = 2,
+    }
+
+    /// <summary>Gravity of a message; as a limit, the least grave messages that are passed on.</summary>
+    public enum LogLevel : uint
+    {
+        /// <summary>No message.</summary>
+        Off = 0,
+        /// <summary>Something failed.</summary>
+        Error = 1,
+        /// <summary>Something is worse than it could be.</summary>
+        Warn = 2,
+        /// <summary>What was chosen and found.</summary>
+        Info = 3,
+        /// <summary>Details.</summary>
+        Debug = 4,
+    }
+
+    /// <summary>Parts of a source's sound, bits to be added.</summary>
+    public enum Effect : uint
+    {
+        /// <summary>No sound.</summary>
+        None = 0,
+        /// <summary>The direct path.</summary>
+        Direct = 1,
+        /// <summary>Reflections.</summary>
+        Reflections = 2,
+        /// <summary>Diffraction.</summary>
+        Diffraction = 4,
+        /// <summary>Transmission through walls.</summary>
+        Transmission = 8,
+        /// <summary>Late reverb.</summary>
+        LateReverb = 16,
+        /// <summary>All of them.</summary>
+        All = 31,
+    }
+
+    /// <summary>Exchange with a phone's system, bits to be added.</summary>
+    public enum DeviceHint : uint
+    {
+        /// <summary>None.</summary>
+        None = 0,
+        /// <summary>Heat lowers the quality level.</summary>
+        Thermal = 1,
+        /// <summary>Threads report their durations to the system.</summary>
+        Performance = 2,
+    }
+
+    /// <summary>Threads with a performance hint session, bits that are added.</summary>
+    public enum HintedThread : uint
+    {
+        /// <summary>None.</summary>
+        None = 0,
+        /// <summary>The propagation thread.</summary>
+        Propagation = 1,
+        /// <summary>The audio thread.</summary>
+        Audio = 2,
+    }
+
+    /// <summary>
+    /// Settings of an engine. Begin with FORESOUND_OPTIONS_INIT or foresound_options_default, then change fields.
+    /// </summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct Options
     {
         /// <summary>Bytes in C.</summary>
-        public const uint Bytes = 120;
+        public const uint Bytes = 128;
 
         /// <summary>
-        /// Bytes of this structure in the caller's version of the header: fields beyond keep their defaults.
+        /// Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
         /// </summary>
         public uint Size;
         /// <summary>Sample rate in Hz: 44,100 or 48,000 with the built-in HRTF set.</summary>
         public uint RateHz;
         /// <summary>Audio frames a block, 32 to 4,096.</summary>
         public uint BlockFrames;
-        /// <summary>Maximum number of sources, 1 to 256.</summary>
+        /// <summary>Maximum number of sources, 1 to 4,096.</summary>
         public uint MaxSources;
+        /// <summary>
+        /// Sources with a slot of their own, 1 to 256; 0: as many as `max_sources`, at most 256. Beyond it neighbours share a
+        /// slot and masked sources are silent. Cost and memory grow with slots.
+        /// </summary>
+        public uint SourceSlots;
         /// <summary>Maximum number of paths rendered at once, 1 to 16,384.</summary>
         public uint MaxVoices;
         /// <summary>The loudest of them are rendered in full detail: their number.</summary>
@@ -67,28 +230,45 @@ namespace Foresound.Interop
         public uint SourceRays;
         /// <summary>Maximum reflection order, 0 to 4.</summary>
         public uint Depth;
+        /// <summary>Maximum number of edges that a path is diffracted at, 0 to 2.</summary>
+        public uint DiffractionOrder;
         /// <summary>Seed of the ray directions.</summary>
         public uint Seed;
-        /// <summary>0: propagation on its own thread; 1: within every tick.</summary>
-        public uint Schedule;
-        /// <summary>Extrapolation of paths between updates: 0 hold, 1 linear, 2 geometric.</summary>
-        public uint Predictor;
+        /// <summary>When propagation runs.</summary>
+        public Schedule Schedule;
         /// <summary>
-        /// Cores: 0 chosen by the system, 1 the two fastest, 2 those of the next two fields.
+        /// Threads of an update in the synchronous schedule, the calling one included, 1 to 64.
         /// </summary>
-        public uint Affinity;
-        /// <summary>Core of the propagation thread, if `affinity` is 2.</summary>
+        public uint TracingThreads;
+        /// <summary>Extrapolation of paths between updates.</summary>
+        public Predictor Predictor;
+        /// <summary>
+        /// 1: the work of a graphics frame is spread over the blocks until the next one; 0: the first block does all of it.
+        /// </summary>
+        public uint EvenBlocks;
+        /// <summary>Cores of the engine's threads.</summary>
+        public Affinity Affinity;
+        /// <summary>Core of the propagation thread, if `affinity` is FORESOUND_AFFINITY_CHOSEN.</summary>
         public uint PropagationCore;
-        /// <summary>Core of the audio thread, if `affinity` is 2.</summary>
-        public uint SoundCore;
-        /// <summary>
-        /// 0: the HRTF set passed at creation, else the built-in one; 1: none, both ears receive the same signal.
-        /// </summary>
-        public uint Hrtf;
+        /// <summary>Core of the audio thread, if `affinity` is FORESOUND_AFFINITY_CHOSEN.</summary>
+        public uint AudioCore;
+        /// <summary>What turns paths into two ears.</summary>
+        public Hrtf Hrtf;
         /// <summary>1: with late reverb; 0: without.</summary>
         public uint LateReverb;
         /// <summary>1: with limiter; 0: without.</summary>
         public uint Limiter;
+        /// <summary>
+        /// Exchange with a phone's system, a sum of ForesoundDeviceHint. Without effect where the system lacks the functions.
+        /// </summary>
+        public uint DeviceHints;
+        /// <summary>Maximum number of paths that foresound_engine_paths returns, 0 to 16,384.</summary>
+        public uint ShownPaths;
+        /// <summary>
+        /// Maximum memory of the engine in MiB, without scenes and sounds; an engine of more is refused. Most of it is
+        /// 32 bytes x `rate_hz` x `max_delay_s` a slot.
+        /// </summary>
+        public uint MaxMemoryMib;
         /// <summary>Distance in metres below which a source gets no louder.</summary>
         public float MinDistanceM;
         /// <summary>Ceiling of the limiter in dB re full scale, -60 to 0.</summary>
@@ -99,21 +279,35 @@ namespace Foresound.Interop
         public double FrameS;
         /// <summary>Maximum path delay in seconds, 0.01 to 10.</summary>
         public double MaxDelayS;
-        /// <summary>
-        /// Exchange with a phone's system, a sum of bits: 1 heat lowers the quality level, 2 performance hints. Without
-        /// effect where the system lacks the functions.
-        /// </summary>
-        public uint DeviceHints;
-        /// <summary>Maximum number of paths that foresound_engine_paths returns, 0 to 16,384.</summary>
-        public uint ShownPaths;
-        /// <summary>
-        /// Maximum memory of the engine in MiB, without scenes and sounds; an engine of more is refused. Most of it is
-        /// 32 bytes x `rate_hz` x `max_delay_s` for each of `max_sources`.
-        /// </summary>
-        public uint MaxMemoryMib;
     }
 
-    /// <summary>Percentiles of durations in seconds; zeros without a measurement.</summary>
+    /// <summary>
+    /// Rays and orders of propagation. Begin with FORESOUND_PROPAGATION_OPTIONS_INIT or
+    /// foresound_propagation_options_default, then change fields.
+    /// </summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct PropagationOptions
+    {
+        /// <summary>Bytes in C.</summary>
+        public const uint Bytes = 20;
+
+        /// <summary>
+        /// Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
+        /// </summary>
+        public uint Size;
+        /// <summary>Rays from the listener an update, 1 to 65,536.</summary>
+        public uint GuideRays;
+        /// <summary>Rays from each source an update, 1 to 65,536.</summary>
+        public uint SourceRays;
+        /// <summary>Maximum reflection order, 0 to 4.</summary>
+        public uint Depth;
+        /// <summary>Maximum number of edges that a path is diffracted at, 0 to 2.</summary>
+        public uint DiffractionOrder;
+    }
+
+    /// <summary>
+    /// Percentiles of durations in seconds; zeros without a measurement. Part of other structures: never changes.
+    /// </summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct Percentiles
     {
@@ -137,18 +331,26 @@ namespace Foresound.Interop
     public unsafe struct EngineStatistics
     {
         /// <summary>Bytes in C.</summary>
-        public const uint Bytes = 264;
+        public const uint Bytes = 272;
 
         /// <summary>
-        /// 0 running, 1 paused, 2 propagation failed (restart), 3 the renderer was closed (create another engine).
+        /// Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
         /// </summary>
-        public uint State;
+        public uint Size;
+        /// <summary>State of the engine.</summary>
+        public EngineState State;
         /// <summary>Extrapolation level L in use.</summary>
         public uint ExtrapolationLevel;
         /// <summary>Paths in the update in use.</summary>
         public uint Paths;
         /// <summary>Number of sources.</summary>
         public uint Sources;
+        /// <summary>Quality level in use, 0 full detail to 5 the coarsest.</summary>
+        public uint QualityLevel;
+        /// <summary>Real-time priority of the audio thread; 0 outside that class.</summary>
+        public int AudioPriority;
+        /// <summary>Niceness of the audio thread, -20 to 19.</summary>
+        public int AudioNice;
         /// <summary>Durations of propagation updates.</summary>
         public Percentiles Propagation;
         /// <summary>Durations of extrapolation a graphics frame.</summary>
@@ -176,14 +378,12 @@ namespace Foresound.Interop
         /// <summary>Cores allowed for the propagation thread, a bit each.</summary>
         public ulong PropagationCores;
         /// <summary>Cores allowed for the audio thread, a bit each.</summary>
-        public ulong SoundCores;
-        /// <summary>Real-time priority of the audio thread; 0 outside that class.</summary>
-        public int SoundPriority;
-        /// <summary>Niceness of the audio thread, -20 to 19.</summary>
-        public int SoundNice;
+        public ulong AudioCores;
     }
 
-    /// <summary>Budget of an engine. Fill it with the defaults, then change fields.</summary>
+    /// <summary>
+    /// Budget of an engine. Begin with FORESOUND_BUDGET_OPTIONS_INIT or foresound_budget_options_default, then change fields.
+    /// </summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct BudgetOptions
     {
@@ -191,13 +391,15 @@ namespace Foresound.Interop
         public const uint Bytes = 32;
 
         /// <summary>
-        /// Bytes of this structure in the caller's version of the header: fields beyond keep their defaults.
+        /// Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
         /// </summary>
         public uint Size;
         /// <summary>Finest quality level in use: 0 full detail to 5 the coarsest.</summary>
         public uint QualityLevel;
         /// <summary>1: that level exactly, regardless of load and temperature; else 0.</summary>
         public uint Fixed;
+        /// <summary>0.</summary>
+        public uint Reserved;
         /// <summary>Maximum duration of a propagation update in seconds, 0.0001 to 10; 0: no limit.</summary>
         public double UpdateS;
         /// <summary>
@@ -211,29 +413,28 @@ namespace Foresound.Interop
     public unsafe struct EngineHealth
     {
         /// <summary>Bytes in C.</summary>
-        public const uint Bytes = 56;
+        public const uint Bytes = 64;
 
         /// <summary>
-        /// 0 running, 1 paused, 2 propagation failed (restart), 3 the renderer was closed (create another engine).
+        /// Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
         /// </summary>
-        public uint State;
+        public uint Size;
+        /// <summary>State of the engine.</summary>
+        public EngineState State;
         /// <summary>Quality level in use, 0 full detail to 5 the coarsest.</summary>
         public uint QualityLevel;
         /// <summary>Finest quality level allowed by the temperature; 0 if unknown.</summary>
         public uint ThermalQualityLevel;
-        /// <summary>
-        /// The system's thermal status: 0 none, 1 light, 2 moderate, 3 severe, 4 critical, 5 emergency, 6 shutdown; -1 if
-        /// unknown.
-        /// </summary>
-        public int ThermalStatus;
+        /// <summary>The system's thermal status.</summary>
+        public ThermalStatus ThermalStatus;
         /// <summary>The system's thermal headroom: 1 is severe throttling; -1 if unknown.</summary>
         public float ThermalHeadroom;
-        /// <summary>Threads with a performance hint session, a sum of bits: 1 propagation, 2 sound.</summary>
+        /// <summary>Threads with a performance hint session, a sum of ForesoundHintedThread.</summary>
         public uint Hinted;
         /// <summary>Sources that louder ones mask, if there are more sources than slots.</summary>
         public uint UnheardSources;
         /// <summary>Rays cast by the newest update.</summary>
-        public uint Rays;
+        public ulong Rays;
         /// <summary>Share of one core used by sound.</summary>
         public double SoundShare;
         /// <summary>Duration of the newest update in seconds.</summary>
@@ -244,6 +445,8 @@ namespace Foresound.Interop
 
     /// <summary>
     /// Position and orientation of a listener, a source or an instance.
+    ///
+    /// An element of an array, whose element size the functions take: a newer pose is longer.
     ///
     /// Metres, right-handed, +y up. The orientation rotates local coordinates (+x right, +y up, -z ahead) into the world's: a
     /// quaternion x, y, z, w of length 1.
@@ -262,19 +465,21 @@ namespace Foresound.Interop
         public fixed float Orientation[4];
     }
 
-    /// <summary>Settings of a scene. Fill it with the defaults, then change fields.</summary>
+    /// <summary>
+    /// Settings of a scene. Begin with FORESOUND_SCENE_OPTIONS_INIT or foresound_scene_options_default, then change fields.
+    /// </summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct SceneOptions
     {
         /// <summary>Bytes in C.</summary>
-        public const uint Bytes = 24;
+        public const uint Bytes = 40;
 
         /// <summary>
-        /// Bytes of this structure in the caller's version of the header: fields beyond keep their defaults.
+        /// Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
         /// </summary>
         public uint Size;
-        /// <summary>Up axis of a file: 0 for +y, 1 for +z.</summary>
-        public uint Up;
+        /// <summary>Upward axis of a file.</summary>
+        public UpAxis Up;
         /// <summary>Metres a unit of a file, above zero.</summary>
         public float Scale;
         /// <summary>Air temperature in degrees Celsius.</summary>
@@ -283,6 +488,19 @@ namespace Foresound.Interop
         public float HumidityPercent;
         /// <summary>Static pressure in kPa.</summary>
         public float PressureKpa;
+        /// <summary>
+        /// Least area in m² of a connected plane panel that reflects like a mirror; smaller ones block and scatter.
+        /// </summary>
+        public float MinPanelM2;
+        /// <summary>Largest area in m² of a panel whose free edges limit its reflection; 0: none.</summary>
+        public float MaxFinitePanelM2;
+        /// <summary>
+        /// Distance in metres from a common plane within which corners of neighbouring triangles are roughness of one plane
+        /// surface, 0 to 0.5; -1: an eighth of the wavelength at 1 kHz.
+        /// </summary>
+        public float AcousticToleranceM;
+        /// <summary>Maximum number of triangles; a mesh with more is refused.</summary>
+        public uint MaxTriangles;
     }
 
     /// <summary>Properties of a scene.</summary>
@@ -292,14 +510,18 @@ namespace Foresound.Interop
         /// <summary>Bytes in C.</summary>
         public const uint Bytes = 72;
 
+        /// <summary>
+        /// Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
+        /// </summary>
+        public uint Size;
+        /// <summary>Materials that no table defines; they have the default's properties.</summary>
+        public uint UnknownMaterials;
         /// <summary>Triangles of the mesh.</summary>
         public ulong TrianglesIn;
         /// <summary>Triangles kept: finite, with an area.</summary>
         public ulong Triangles;
         /// <summary>Plane surfaces that they form.</summary>
         public ulong Surfaces;
-        /// <summary>Materials that no table defines; they have the default's properties.</summary>
-        public ulong UnknownMaterials;
         /// <summary>Memory of the scene in bytes.</summary>
         public ulong MemoryBytes;
         /// <summary>Speed of sound in m/s.</summary>
@@ -317,6 +539,10 @@ namespace Foresound.Interop
         /// <summary>Bytes in C.</summary>
         public const uint Bytes = 80;
 
+        /// <summary>
+        /// Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
+        /// </summary>
+        public uint Size;
         /// <summary>1 playing, 0 closed and to be opened again.</summary>
         public uint Playing;
         /// <summary>Granted sample rate in Hz.</summary>
@@ -329,8 +555,8 @@ namespace Foresound.Interop
         public uint Exclusive;
         /// <summary>1 in low-latency mode.</summary>
         public uint LowLatency;
-        /// <summary>1 AAudio, 2 OpenSL ES, 0 neither.</summary>
-        public uint Interface;
+        /// <summary>System library of the device.</summary>
+        public DeviceApi DeviceApi;
         /// <summary>Latency of the ring buffer in audio frames.</summary>
         public uint RingFrames;
         /// <summary>Successful attempts to open a device.</summary>
@@ -344,16 +570,18 @@ namespace Foresound.Interop
         /// <summary>Underruns counted by the device since it was opened.</summary>
         public uint Xruns;
         /// <summary>Minimum audio frames of a callback.</summary>
-        public uint LeastFrames;
+        public uint MinCallbackFrames;
         /// <summary>Maximum audio frames of a callback.</summary>
-        public uint MostFrames;
+        public uint MaxCallbackFrames;
         /// <summary>Callbacks.</summary>
         public ulong Callbacks;
         /// <summary>Audio frames that were not rendered in time.</summary>
         public ulong UnderrunFrames;
     }
 
-    /// <summary>Settings of a source. Fill it with the defaults, then change fields.</summary>
+    /// <summary>
+    /// Settings of a source. Begin with FORESOUND_SOURCE_OPTIONS_INIT or foresound_source_options_default, then change fields.
+    /// </summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct SourceOptions
     {
@@ -361,12 +589,10 @@ namespace Foresound.Interop
         public const uint Bytes = 48;
 
         /// <summary>
-        /// Bytes of this structure in the caller's version of the header: fields beyond keep their defaults.
+        /// Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
         /// </summary>
         public uint Size;
-        /// <summary>
-        /// Computed parts, a sum of bits: 1 direct, 2 reflections, 4 diffraction, 8 transmission, 16 late reverb.
-        /// </summary>
+        /// <summary>Computed parts, a sum of ForesoundEffect.</summary>
         public uint Effects;
         /// <summary>Radius in metres within which the source gets no louder; 0: the engine's.</summary>
         public float RadiusM;
@@ -378,7 +604,9 @@ namespace Foresound.Interop
         public fixed float Directivity[8];
     }
 
-    /// <summary>A path as a polyline from source to listener.</summary>
+    /// <summary>
+    /// A path as a polyline from source to listener. An element of an array, whose element size foresound_engine_paths takes.
+    /// </summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct ShownPath
     {
@@ -404,8 +632,12 @@ namespace Foresound.Interop
     public unsafe struct RenderInfo
     {
         /// <summary>Bytes in C.</summary>
-        public const uint Bytes = 36;
+        public const uint Bytes = 40;
 
+        /// <summary>
+        /// Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
+        /// </summary>
+        public uint Size;
         /// <summary>Audio frames written.</summary>
         public uint Frames;
         /// <summary>Graphics frames consumed.</summary>
@@ -427,6 +659,12 @@ namespace Foresound.Interop
     }
 
     /// <summary>
+    /// Receives a message: one line in UTF-8, valid during the call. `user` is the pointer passed to foresound_set_log.
+    /// </summary>
+    [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
+    public unsafe delegate void LogCallback(void* user, LogLevel level, byte* message);
+
+    /// <summary>
     /// The C interface, function by function: foresound_engine_tick is <see cref="EngineTick"/>, and so on. Comments are those
     /// of foresound.h, which has the rules for handles, threads, units and pointers. Calls neither allocate nor throw, except
     /// for a DllNotFoundException where the library is missing.
@@ -436,7 +674,7 @@ namespace Foresound.Interop
         const string Library = "foresound";
 
         /// <summary>The version of this file.</summary>
-        public const uint ApiVersion = 0x00020000;
+        public const uint ApiVersion = 0x00030000;
 
         /// <summary>
         /// Closes a handle of any kind and destroys its object: an engine after its running update, an output after its
@@ -445,7 +683,7 @@ namespace Foresound.Interop
         [DllImport(Library, EntryPoint = "foresound_close", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status Close(ulong handle);
 
-        /// <summary>Writes the default options. Any thread.</summary>
+        /// <summary>Writes the default options; `size` is set before. Any thread.</summary>
         [DllImport(Library, EntryPoint = "foresound_options_default", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status OptionsDefault(Options* options);
 
@@ -453,11 +691,12 @@ namespace Foresound.Interop
         /// Creates an engine in free field without sources. `engine` receives the handle of the control half, `renderer`
         /// that of the audio half. Takes some ten milliseconds. Control thread.
         ///
-        /// `options`: null for the defaults. `hrtf`: content of an HRTF set's file; null for the built-in set.
+        /// `api_version`: FORESOUND_API_VERSION; another major version than the library's is refused
+        /// (FORESOUND_STATUS_VERSION). `options`: null for the defaults. `hrtf`: content of an HRTF set's file; null for the built-in set.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_engine_create", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status EngineCreate(
-            Options* options, byte* hrtf, UIntPtr hrtfBytes, ulong* engine, ulong* renderer);
+            uint apiVersion, Options* options, byte* hrtf, UIntPtr hrtfBytes, ulong* engine, ulong* renderer);
 
         /// <summary>
         /// Replaces the scene. The old one is audible until the first update with the new one. The scene's handle may be
@@ -466,12 +705,23 @@ namespace Foresound.Interop
         [DllImport(Library, EntryPoint = "foresound_engine_set_scene", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status EngineSetScene(ulong engine, ulong scene);
 
+        /// <summary>Writes the default options; `size` is set before. Any thread.</summary>
+        [DllImport(Library, EntryPoint = "foresound_propagation_options_default", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status PropagationOptionsDefault(PropagationOptions* options);
+
         /// <summary>
-        /// Sets the rays of propagation from the listener and from each source (1 to 65,536) and the maximum reflection
-        /// order (0 to 4). Control thread.
+        /// Sets the rays and orders of propagation. `options`: null for the defaults. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_engine_set_propagation", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        public static extern Status EngineSetPropagation(ulong engine, uint guideRays, uint sourceRays, uint depth);
+        public static extern Status EngineSetPropagation(ulong engine, PropagationOptions* options);
+
+        /// <summary>Sets the extrapolation of paths, from the next update on. Control thread.</summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_set_predictor", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EngineSetPredictor(ulong engine, Predictor predictor);
+
+        /// <summary>Sets when propagation runs, after the running update. Control thread.</summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_set_schedule", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EngineSetSchedule(ulong engine, Schedule schedule);
 
         /// <summary>
         /// Fades to silence within milliseconds and stops the playback positions. Control thread.
@@ -484,7 +734,7 @@ namespace Foresound.Interop
         public static extern Status EngineResume(ulong engine);
 
         /// <summary>
-        /// Restarts propagation after its failure (state 2), after the running update. Control thread.
+        /// Restarts propagation after its failure (FORESOUND_ENGINE_STATE_PROPAGATION_FAILED), after the running update. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_engine_restart", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status EngineRestart(ulong engine);
@@ -495,7 +745,9 @@ namespace Foresound.Interop
         [DllImport(Library, EntryPoint = "foresound_engine_statistics", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status EngineStatistics(ulong engine, EngineStatistics* statistics);
 
-        /// <summary>Writes the default budget, which has no limit. Any thread.</summary>
+        /// <summary>
+        /// Writes the default budget, which has no limit; `size` is set before. Any thread.
+        /// </summary>
         [DllImport(Library, EntryPoint = "foresound_budget_options_default", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status BudgetOptionsDefault(BudgetOptions* options);
 
@@ -516,17 +768,17 @@ namespace Foresound.Interop
         /// <summary>
         /// Adds an instance of a part, such as a door, at a pose from the next tick on; `instance` receives its id. A part is
         /// a scene in local coordinates, a hinge at the origin; its handle may be closed afterwards, and instances may
-        /// share it. Instances stay when the scene is replaced. Control thread.
+        /// share it. Instances stay when the scene is replaced. `pose_size`: sizeof(ForesoundPose). Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_instance_add", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        public static extern Status InstanceAdd(ulong engine, ulong part, Pose* pose, uint* instance);
+        public static extern Status InstanceAdd(ulong engine, ulong part, Pose* pose, UIntPtr poseSize, uint* instance);
 
         /// <summary>
         /// Moves an instance from the next tick on. The orientation is a quaternion of length 1; after an invalid pose the
-        /// last valid one stays. Control thread.
+        /// last valid one stays. `pose_size`: sizeof(ForesoundPose). Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_instance_move", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        public static extern Status InstanceMove(ulong engine, uint instance, Pose* pose);
+        public static extern Status InstanceMove(ulong engine, uint instance, Pose* pose, UIntPtr poseSize);
 
         /// <summary>
         /// Removes an instance from the next tick on. Its id is invalid at once. Control thread.
@@ -534,15 +786,36 @@ namespace Foresound.Interop
         [DllImport(Library, EntryPoint = "foresound_instance_remove", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status InstanceRemove(ulong engine, uint instance);
 
-        /// <summary>Writes the default options. Any thread.</summary>
+        /// <summary>Writes the default options; `size` is set before. Any thread.</summary>
         [DllImport(Library, EntryPoint = "foresound_scene_options_default", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SceneOptionsDefault(SceneOptions* options);
+
+        /// <summary>
+        /// Makes a progress, with which another thread follows and cancels the construction of a scene; `progress` receives
+        /// its handle. For one construction. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_progress_create", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status ProgressCreate(ulong* progress);
+
+        /// <summary>
+        /// Writes the share of a scene's construction that is done, 0 to 1. Control thread, also during the construction.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_progress_read", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status ProgressRead(ulong progress, float* done);
+
+        /// <summary>
+        /// Cancels a scene's construction: the call returns FORESOUND_STATUS_CANCELLED after its present phase, of four. Control
+        /// thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_progress_cancel", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status ProgressCancel(ulong progress);
 
         /// <summary>
         /// Builds a scene from an OBJ file, whose `usemtl` names materials. Else as foresound_scene_from_mesh.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_scene_from_file", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        public static extern Status SceneFromFile(byte* path, byte* materialsToml, SceneOptions* options, ulong* scene);
+        public static extern Status SceneFromFile(
+            byte* path, byte* materialsToml, SceneOptions* options, ulong progress, ulong* scene);
 
         /// <summary>Writes the properties of a scene. Control thread.</summary>
         [DllImport(Library, EntryPoint = "foresound_scene_info", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
@@ -575,12 +848,12 @@ namespace Foresound.Interop
 
         /// <summary>
         /// Removes a source from the next tick on; sound under way fades. Its id is invalid at once and is never given
-        /// again: an engine has 1,048,576 ids for each of its `max_sources`. Control thread.
+        /// again: an engine has 1,048,575 ids for each of its `max_sources`. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_source_remove", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SourceRemove(ulong engine, uint source);
 
-        /// <summary>Writes the default options. Any thread.</summary>
+        /// <summary>Writes the default options; `size` is set before. Any thread.</summary>
         [DllImport(Library, EntryPoint = "foresound_source_options_default", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SourceOptionsDefault(SourceOptions* options);
 
@@ -589,6 +862,15 @@ namespace Foresound.Interop
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_source_configure", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SourceConfigure(ulong engine, uint source, SourceOptions* options);
+
+        /// <summary>
+        /// Sets a source's directivity table from the next tick on: rows of eight levels in dB, one a band, the angles evenly
+        /// from the front to the back, both included; 2 to 181 rows of -63 to 60 dB or minus infinity. `levels`: their
+        /// number, 8 x rows; 0 for no table. The table is multiplied with the options' directivity. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_source_set_directivity_table", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourceSetDirectivityTable(
+            ulong engine, uint source, float* levelsDb, UIntPtr levels);
 
         /// <summary>Sets a source's linear gain, 0 to 1000, from the next tick on. Control thread.</summary>
         [DllImport(Library, EntryPoint = "foresound_source_set_gain", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
@@ -635,7 +917,7 @@ namespace Foresound.Interop
 
         /// <summary>
         /// Version of this interface: 65,536 x major + 256 x minor + patch. Another major number than
-        /// FORESOUND_API_VERSION's is incompatible. Any thread.
+        /// FORESOUND_API_VERSION's is incompatible, and foresound_engine_create refuses it. Any thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_version", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern uint Version();
@@ -651,28 +933,30 @@ namespace Foresound.Interop
         /// <summary>
         /// Submits a graphics frame: the listener's pose, and the poses of the sources that moved. Meant for one call a frame;
         /// never waits for propagation or sound, except that the synchronous schedule runs propagation in it. After an invalid pose
-        /// or an unknown source it fails, and the frame is submitted with the last valid poses. `sources`: null if none. Control
-        /// thread.
+        /// or an unknown source it fails, and the frame is submitted with the last valid poses. `sources`: null if none.
+        /// `pose_size`: sizeof(ForesoundPose). Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_engine_tick", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        public static extern Status EngineTick(ulong engine, Pose* listener, Pose* sources, UIntPtr sourceCount);
+        public static extern Status EngineTick(
+            ulong engine, Pose* listener, Pose* sources, UIntPtr sourceCount, UIntPtr poseSize);
 
         /// <summary>
         /// Writes the loudest paths of the newest update, in no order, as many as fit, and their number. At most the option
-        /// `shown_paths` of them are available. Control thread.
+        /// `shown_paths` of them are available. `path_size`: sizeof(ForesoundShownPath). Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_engine_paths", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
-        public static extern Status EnginePaths(ulong engine, ShownPath* paths, UIntPtr capacity, UIntPtr* count);
+        public static extern Status EnginePaths(
+            ulong engine, ShownPath* paths, UIntPtr pathSize, UIntPtr capacity, UIntPtr* count);
 
         /// <summary>
         /// Builds a scene from triangles: three coordinates a vertex in metres, +y up, and three indices a triangle. With
         /// materials: their names, and one index into them a triangle; without: null and zero. `materials_toml`: the text of a
-        /// materials file, or null. `options`: null for the defaults. Takes milliseconds to seconds: a control thread, but not the
-        /// one that draws.
+        /// materials file, or null. `options`: null for the defaults. `progress`: a handle of foresound_progress_create, or 0. Takes
+        /// milliseconds to seconds: a control thread, but not the one that draws.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_scene_from_mesh", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SceneFromMesh(
-            float* positionsM, UIntPtr vertexCount, uint* indices, UIntPtr indexCount, uint* triangleMaterials, byte** materialNames, UIntPtr materialCount, byte* materialsToml, SceneOptions* options, ulong* scene);
+            float* positionsM, UIntPtr vertexCount, uint* indices, UIntPtr indexCount, uint* triangleMaterials, byte** materialNames, UIntPtr materialCount, byte* materialsToml, SceneOptions* options, ulong progress, ulong* scene);
 
         /// <summary>
         /// Renders `frames` audio frames of interleaved stereo into `output`; silence on failure. `info`: null if unused. One thread
@@ -691,5 +975,14 @@ namespace Foresound.Interop
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_stream_write", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status StreamWrite(ulong stream, float* samples, UIntPtr count, UIntPtr* written);
+
+        /// <summary>
+        /// Passes the library's messages up to a level to a function, for the whole process; null: none, but for the system's log on
+        /// Android. The function is called from any thread but the audio thread, from several at once, until this function is called
+        /// again and has returned; it must return and must not call foresound_set_log. FORESOUND_STATUS_STATE in a Rust program with a
+        /// logger of its own. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_set_log", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SetLog(LogLevel level, LogCallback callback, void* user);
     }
 }

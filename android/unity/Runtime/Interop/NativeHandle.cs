@@ -106,7 +106,7 @@ namespace Foresound.Interop
                 for (int i = 0; i < starts.Length; i++) pointers[i] = texts + starts[i];
                 ForesoundException.Check(Native.SceneFromMesh(
                     corners, (UIntPtr)(positions.Length / 3), triangles, (UIntPtr)indices.Length, materials, list,
-                    (UIntPtr)starts.Length, toml, null, &scene));
+                    (UIntPtr)starts.Length, toml, null, 0, &scene));
             }
             return new SoundScene(scene);
         }
@@ -116,7 +116,7 @@ namespace Foresound.Interop
         {
             get
             {
-                SceneInfo info;
+                var info = new SceneInfo { Size = Foresound.Interop.SceneInfo.Bytes };
                 ForesoundException.Check(Native.SceneInfo(Handle, &info));
                 return info;
             }

@@ -21,7 +21,7 @@ namespace Foresound.Interop
         {
             get
             {
-                Options options;
+                var options = new Options { Size = Options.Bytes };
                 ForesoundException.Check(Native.OptionsDefault(&options));
                 return options;
             }
@@ -32,7 +32,7 @@ namespace Foresound.Interop
         {
             get
             {
-                SourceOptions options;
+                var options = new SourceOptions { Size = SourceOptions.Bytes };
                 ForesoundException.Check(Native.SourceOptionsDefault(&options));
                 return options;
             }
@@ -42,11 +42,8 @@ namespace Foresound.Interop
         /// <exception cref="ForesoundException">An option is out of range.</exception>
         public static SoundEngine Create(Options options)
         {
-            if (Native.Version() >> 16 != Native.ApiVersion >> 16)
-                throw new NotSupportedException(
-                    $"the library has version {Native.Version():x}, the package {Native.ApiVersion:x}; build both from one commit");
             ulong engine, renderer;
-            ForesoundException.Check(Native.EngineCreate(&options, null, UIntPtr.Zero, &engine, &renderer));
+            ForesoundException.Check(Native.EngineCreate(Native.ApiVersion, &options, null, UIntPtr.Zero, &engine, &renderer));
             return new SoundEngine(engine, renderer);
         }
 
@@ -77,7 +74,7 @@ namespace Foresound.Interop
         /// <summary>Limits the share of one core that sound and propagation use; 0: no limit.</summary>
         public void SetCoreShare(double share)
         {
-            BudgetOptions budget;
+            var budget = new BudgetOptions { Size = BudgetOptions.Bytes };
             ForesoundException.Check(Native.BudgetOptionsDefault(&budget));
             budget.CoreShare = share;
             ForesoundException.Check(Native.EngineSetBudget(Handle, &budget));
@@ -89,7 +86,7 @@ namespace Foresound.Interop
             if (count < 0 || count > sources.Length) return Status.BadArgument;
             fixed (Pose* head = &listener)
             fixed (Pose* first = sources)
-                return Native.EngineTick(Handle, head, first, (UIntPtr)count);
+                return Native.EngineTick(Handle, head, first, (UIntPtr)count, (UIntPtr)Pose.Bytes);
         }
 
         /// <summary>Fades to silence; <see cref="Resume"/> goes on.</summary>
@@ -103,7 +100,7 @@ namespace Foresound.Interop
         {
             get
             {
-                EngineStatistics statistics;
+                var statistics = new EngineStatistics { Size = EngineStatistics.Bytes };
                 ForesoundException.Check(Native.EngineStatistics(Handle, &statistics));
                 return statistics;
             }
@@ -116,7 +113,7 @@ namespace Foresound.Interop
             fixed (ShownPath* first = paths)
             {
                 var capacity = (UIntPtr)paths.Length;
-                return Native.EnginePaths(Handle, first, capacity, &count) == Status.Ok ? (int)count : 0;
+                return Native.EnginePaths(Handle, first, (UIntPtr)ShownPath.Bytes, capacity, &count) == Status.Ok ? (int)count : 0;
             }
         }
 
@@ -160,12 +157,12 @@ namespace Foresound.Interop
         public uint AddInstance(SoundScene part, Pose pose)
         {
             uint instance;
-            ForesoundException.Check(Native.InstanceAdd(Handle, part.Handle, &pose, &instance));
+            ForesoundException.Check(Native.InstanceAdd(Handle, part.Handle, &pose, (UIntPtr)Pose.Bytes, &instance));
             return instance;
         }
 
         /// <summary>Moves an instance.</summary>
-        public Status MoveInstance(uint instance, Pose pose) => Native.InstanceMove(Handle, instance, &pose);
+        public Status MoveInstance(uint instance, Pose pose) => Native.InstanceMove(Handle, instance, &pose, (UIntPtr)Pose.Bytes);
 
         /// <summary>Removes an instance.</summary>
         public Status RemoveInstance(uint instance) => Native.InstanceRemove(Handle, instance);

@@ -137,7 +137,7 @@ final class Native {
     }
 
     static final class SceneOptions {
-        static final int LENGTH = 8;
+        static final int LENGTH = 9;
         static final int UP = 0;
         static final int SCALE = 1;
         static final int TEMPERATURE_C = 2;
@@ -145,7 +145,8 @@ final class Native {
         static final int PRESSURE_KPA = 4;
         static final int MIN_PANEL_M2 = 5;
         static final int MAX_FINITE_PANEL_M2 = 6;
-        static final int MAX_TRIANGLES = 7;
+        static final int ACOUSTIC_TOLERANCE_M = 7;
+        static final int MAX_TRIANGLES = 8;
     }
 
     static final class BudgetOptions {

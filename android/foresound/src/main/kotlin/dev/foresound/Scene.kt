@@ -31,6 +31,8 @@ class SceneOptions @JvmOverloads constructor(
     var maxFinitePanelM2: Float? = null,
     /** Maximum number of triangles. */
     var maxTriangles: Int? = null,
+    /** Distance in metres from a common plane within which corners are roughness of one plane surface; 0: none. */
+    var acousticToleranceM: Float? = null,
 ) {
     internal fun numbers(): DoubleArray {
         val numbers = DoubleArray(Options.LENGTH)
@@ -42,6 +44,7 @@ class SceneOptions @JvmOverloads constructor(
         pressureKpa?.let { numbers[Options.PRESSURE_KPA] = it.toDouble() }
         minPanelM2?.let { numbers[Options.MIN_PANEL_M2] = it.toDouble() }
         maxFinitePanelM2?.let { numbers[Options.MAX_FINITE_PANEL_M2] = it.toDouble() }
+        acousticToleranceM?.let { numbers[Options.ACOUSTIC_TOLERANCE_M] = it.toDouble() }
         maxTriangles?.let { numbers[Options.MAX_TRIANGLES] = it.toDouble() }
         return numbers
     }
