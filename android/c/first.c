@@ -17,14 +17,13 @@ int main(int count, char **arguments) {
     }
 
     /* An engine and its two halves: one for the game, one for the audio callback. */
-    ForesoundOptions options;
-    must(foresound_options_default(&options));
+    ForesoundOptions options = FORESOUND_OPTIONS_INIT;
     options.rate_hz = 48000;
     uint64_t engine, renderer, scene, clip;
-    must(foresound_engine_create(&options, NULL, 0, &engine, &renderer));
+    must(foresound_engine_create(FORESOUND_API_VERSION, &options, NULL, 0, &engine, &renderer));
 
     /* The scene. A game passes its own triangles to foresound_scene_from_mesh. */
-    must(foresound_scene_from_file(arguments[1], NULL, NULL, &scene));
+    must(foresound_scene_from_file(arguments[1], NULL, NULL, 0, &scene));
     must(foresound_engine_set_scene(engine, scene));
     must(foresound_close(scene));
 
@@ -47,7 +46,7 @@ int main(int count, char **arguments) {
     ForesoundPose listener = {0, {6.5f, 1.65f, 3.0f}, {0, 0, 0, 1}};
     for (int frame = 0; frame < 120; frame++) {
         listener.position_m[0] += 0.02f;
-        must(foresound_engine_tick(engine, &listener, NULL, 0));
+        must(foresound_engine_tick(engine, &listener, NULL, 0, sizeof listener));
         must(foresound_render(renderer, block, 800, NULL));
         fwrite(block, sizeof(float), 2 * 800, out);
     }

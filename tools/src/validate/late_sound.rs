@@ -192,8 +192,8 @@ pub(super) fn colour() -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for size in ROOMS {
         let response = Response::of(size)?;
-        let t60_s = room_parameters(&response.omni, RATE_HZ)[4]
-            .t60_s
+        let t60_s = room_parameters(&response.omni, RATE_HZ).bands[4]
+            .t30_s
             .unwrap_or(0.5);
         let mean = |figures: &[Colour]| {
             let count = figures.len() as f64;
