@@ -51,8 +51,8 @@
 
 /* Initial values of structures: their size and this header's defaults. */
 #define FORESOUND_OPTIONS_INIT {sizeof(ForesoundOptions), 44100u, 256u, 16u, 0u, 1024u, 256u, 2048u, 1024u, 128u, \
-    4u, 2u, 1u, FORESOUND_SCHEDULE_ASYNCHRONOUS, 2u, FORESOUND_PREDICTOR_LINEAR, 1u, FORESOUND_AFFINITY_SYSTEM, 0u, \
-    0u, FORESOUND_HRTF_SET, 1u, 1u, 3u, 0u, 1024u, 0.3f, -0.3f, 0.0, 1.0}
+    4u, 2u, 1u, FORESOUND_SCHEDULE_ASYNCHRONOUS, 2u, FORESOUND_PREDICTOR_GEOMETRIC, 1u, FORESOUND_AFFINITY_SYSTEM, \
+    0u, 0u, FORESOUND_HRTF_SET, 1u, 1u, 3u, 0u, 1024u, 0.3f, -0.3f, 0.0, 1.0}
 #define FORESOUND_SOURCE_OPTIONS_INIT {sizeof(ForesoundSourceOptions), 31u, 0.0f, 1.0f, {0.0f, 0.0f, 0.0f, 0.0f, \
     0.0f, 0.0f, 0.0f, 0.0f}}
 #define FORESOUND_PROPAGATION_OPTIONS_INIT {sizeof(ForesoundPropagationOptions), 1024u, 128u, 4u, 2u}
