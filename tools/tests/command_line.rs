@@ -648,7 +648,7 @@ fn an_impulse_response_has_named_bands_a_broadband_row_and_a_picture() {
             "--out",
             text(&out),
             "--seconds",
-            "0.5",
+            "3",
             "--plot",
             text(&plot),
         ],

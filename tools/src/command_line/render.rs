@@ -239,9 +239,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         .iter()
         .map(|s| parse_source(s))
         .collect::<Result<_>>()?;
-    check_wav_name(&arguments.out)?;
     let inputs = inputs(arguments, &sources);
     keep_inputs(&arguments.out, inputs.iter().map(PathBuf::as_path))?;
+    check_wav_name(&arguments.out)?;
     let listener = ListenerPath::parse(&arguments.listener)?;
     let hrtf = Arc::new(Hrtf::builtin(arguments.rate)?);
     let loaded = load_scene(&arguments.scene, &arguments.intake)?;

@@ -62,9 +62,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let position = parse_position("--source", &arguments.source)?;
     let listener = ListenerPath::AtRest(parse_position("--listener", &arguments.listener)?);
     within("--seconds", arguments.seconds, 0.1..=60.0, " s")?;
-    check_wav_name(&arguments.out)?;
     let inputs = arguments.intake.files(&arguments.scene);
     keep_inputs(&arguments.out, inputs.iter().map(PathBuf::as_path))?;
+    check_wav_name(&arguments.out)?;
     let omni = Arc::new(Hrtf::omnidirectional(arguments.rate)?);
     let loaded = load_scene(&arguments.scene, &arguments.intake)?;
     print_notes(&loaded.notes);
