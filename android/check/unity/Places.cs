@@ -97,8 +97,62 @@ namespace Foresound.Check
             Check.That(IsNear(a, least) && IsNear(b, most), $"{what}: {a} to {b}");
         }
 
+        /// <summary>A cube in a transform, with its fronts outside in Unity, has them outside in Foresound.</summary>
+        static void Fronts(Vector3 scale, Quaternion turn)
+        {
+            var input = new SceneInput(1);
+            input.Add(MeshPiece.Of(GameObject.CreatePrimitive(PrimitiveType.Cube).GetComponent<MeshFilter>().sharedMesh,
+                Matrix4x4.TRS(Vector3.zero, turn, scale), submesh => null));
+            input.Transform(out float[] at, out uint[] indices, out uint[] materials);
+            Check.That(indices.Length == 36 && materials.Length == 12, "twelve triangles");
+            for (int i = 0; i < indices.Length; i += 3)
+            {
+                Vector3[] c = new Vector3[3];
+                for (int k = 0; k < 3; k++)
+                    c[k] = new Vector3(at[3 * indices[i + k]], at[3 * indices[i + k] + 1], at[3 * indices[i + k] + 2]);
+                // Counter-clockwise from outside in a right-handed system: the normal leads away from the centre.
+                Vector3 normal = Vector3.Cross(c[1] - c[0], c[2] - c[0]);
+                Check.That(Vector3.Dot(normal, c[0] + c[1] + c[2]) > 0, $"triangle {i / 3} of a cube of {scale} is inside out");
+            }
+        }
+
+        /// <summary>Rolling ground: what the main thread does, and what another one does meanwhile.</summary>
+        static string Ground()
+        {
+            const int side = 100;
+            var mesh = new Mesh { name = "ground", vertices = new Vector3[side * side] };
+            var triangles = new int[6 * (side - 1) * (side - 1)];
+            for (int i = 0; i < side * side; i++)
+                mesh.vertices[i] = new Vector3(i % side, (float)Math.Sin(0.1 * (i % side)) * (float)Math.Sin(0.1 * (i / side)), i / side);
+            for (int z = 0, t = 0; z + 1 < side; z++)
+                for (int x = 0; x + 1 < side; x++)
+                {
+                    int a = z * side + x;
+                    foreach (int corner in new[] { a, a + side, a + 1, a + 1, a + side, a + side + 1 }) triangles[t++] = corner;
+                }
+            mesh.triangles = triangles;
+            GameObject ground = WithMesh("ground", mesh, null);
+            var geometry = ground.AddComponent<ForesoundGeometry>();
+            ground.SetActive(true);
+            var watch = System.Diagnostics.Stopwatch.StartNew();
+            var input = new SceneInput(1);
+            foreach (MeshPiece piece in geometry.Pieces()) input.Add(piece);
+            var build = new SceneBuild(input);
+            bool isDone = build.IsDone;
+            double main = watch.Elapsed.TotalMilliseconds;
+            using (SoundScene scene = build.Take()) Check.That((int)scene.Info.TrianglesIn == triangles.Length / 3, "the ground");
+            Check.That(!isDone, "the main thread committed the ground itself");
+            ground.SetActive(false);
+            return $"{triangles.Length / 3} triangles: main thread {main:f1} ms, other thread {watch.Elapsed.TotalMilliseconds - main:f0} ms";
+        }
+
         internal static void Geometry()
         {
+            string ground = Ground();
+            Fronts(Vector3.one, Quaternion.identity);
+            Fronts(new Vector3(2, 3, -0.5f), Turn());
+            Fronts(new Vector3(-2, 3, -0.5f), Turn());
+            Fronts(new Vector3(-2, -3, -0.5f), Turn());
             // A house of two meshes, one of which has a material of its own, and a door that is not part of it.
             GameObject house = WithMesh("house", Game.Box(new Vector3(5, 2, 4)), null);
             house.transform.position = new Vector3(10, 2, 100);
@@ -162,7 +216,7 @@ namespace Foresound.Check
             twin.absorption = new float[3];
             Check.Throws<ForesoundException>("absorption in 3 bands", () => InfoOf(walls, soft));
             GameObject.DestroyAll();
-            Console.WriteLine($"geometry {Check.Passed} checks");
+            Console.WriteLine($"geometry {Check.Passed} checks; {ground}");
         }
     }
 }

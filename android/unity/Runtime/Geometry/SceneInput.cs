@@ -54,11 +54,19 @@ namespace Foresound
         /// <exception cref="ForesoundException">The meshes or the materials are invalid.</exception>
         internal SoundScene Commit()
         {
+            Transform(out float[] positions, out uint[] indices, out uint[] triangleMaterials);
+            string text = toml.Length == 0 ? null : toml.ToString();
+            return SoundScene.FromMesh(positions, indices, triangleMaterials, names.ToArray(), text);
+        }
+
+        /// <summary>All meshes as one, in Foresound's coordinates.</summary>
+        internal void Transform(out float[] positions, out uint[] indices, out uint[] triangleMaterials)
+        {
             int vertexCount = 0;
             foreach (MeshPiece piece in pieces) vertexCount += piece.vertices.Length;
-            var positions = new float[3 * vertexCount];
-            var indices = new uint[3 * Triangles];
-            var triangleMaterials = new uint[Triangles];
+            positions = new float[3 * vertexCount];
+            indices = new uint[3 * Triangles];
+            triangleMaterials = new uint[Triangles];
             int vertex = 0, index = 0, submeshIndex = 0;
             foreach (MeshPiece piece in pieces)
             {
@@ -83,8 +91,6 @@ namespace Foresound
                     }
                 }
             }
-            string text = toml.Length == 0 ? null : toml.ToString();
-            return SoundScene.FromMesh(positions, indices, triangleMaterials, names.ToArray(), text);
         }
     }
 }
