@@ -254,8 +254,15 @@ unity_part() { # part, arguments: its last line is its figure
 # The package against stand-ins of Unity's types, and the library really called.
 prove_unity() {
     need mcs mono
-    local own=android/check/unity package=android/unity stand=() own_sources=() name figures=
+    local own=android/check/unity package=$unity/package stand=() own_sources=() name figures=
+    rm -rf "$unity"
     mkdir -p "$unity"
+    # What is compiled is what a game gets: the unpacked tarball.
+    android/pack-unity.sh "$unity" "linux=$host/release/libforesound.so" || return 1
+    tar -C "$unity" -xzf "$unity"/*.tgz || return 1
+    for name in "" LICENSE.md Runtime/Plugins/Linux/x86_64/libforesound.so; do
+        [ -e "$package/$name" ] && { [ -z "$name" ] || [ -f "$package/$name.meta" ]; } || { echo "the package lacks $name" && return 1; }
+    done
     for name in UnityEngine UnityEditor Foresound Foresound.Editor Foresound.FirstSound; do stand+=("-r:$unity/$name.dll"); done
     for name in "$own"/*.cs; do case $name in */Maths.cs | */Objects.cs | */Assets.cs | */EditorStandIns.cs) ;; *) own_sources+=("$name") ;; esac; done
     mono_compile library UnityEngine.dll $own/Maths.cs $own/Objects.cs $own/Assets.cs || return 1
@@ -272,7 +279,7 @@ prove_unity() {
         # shellcheck disable=SC2086
         unity_part $name || return 1
     done
-    echo "six assemblies compile without warnings; bindings and components have the bits of Rust$figures"
+    echo "$(basename "$unity"/*.tgz) has $(stat -c %s "$unity"/*.tgz) bytes; six assemblies compile without warnings; bindings and components have the bits of Rust$figures"
 }
 
 # --- aarch64-linux-android ------------------------------------------------------------------------------------------

@@ -256,6 +256,32 @@ namespace Foresound.Check
             Check.That(Game.TakeError().Length > 10, "a listener at NaN, reported once");
             head.transform.position = Vector3.up;
 
+            crowd[1].enabled = false;
+            crowd[1].transform.position = new Vector3(0, float.NaN, 0);
+            crowd[1].enabled = true;
+            GameObject.Frame();
+            GameObject.Frame();
+            Check.That(!crowd[1].IsAttached && Game.TakeError().Contains("crowd"), "a source at NaN, reported once");
+            crowd[1].transform.position = Vector3.up;
+            GameObject.Frame();
+            Check.That(crowd[1].IsAttached, "the source at a place");
+            GameObject door = Game.Inactive("door");
+            door.AddComponent<MeshFilter>().sharedMesh = Game.Box(Vector3.one);
+            var hinged = door.AddComponent<ForesoundInstance>();
+            door.SetActive(true);
+            GameObject.Frame();
+            Game.FrameUntil(() => !hinged.IsBuilding);
+            door.transform.position = new Vector3(0, 0, float.PositiveInfinity);
+            GameObject.Frame();
+            GameObject.Frame();
+            door.transform.position = new Vector3(float.NaN, 0, 0);
+            GameObject.Frame();
+            GameObject.Frame();
+            Check.That(Game.TakeError().Contains("does not move"), "a door at infinity and NaN, reported once");
+            door.transform.position = Vector3.forward;
+            GameObject.Frame();
+            Game.NoErrors();
+
             // The device changes: another engine, the same components.
             SoundEngine before = engine.Sound;
             AudioSettings.Change(44100, 512);

@@ -16,6 +16,7 @@ namespace Foresound
         SoundEngine engine;
         uint id;
         bool isAdded;
+        Status lastStatus;
         Vector3 position;
         Quaternion rotation;
 
@@ -65,7 +66,10 @@ namespace Foresound
             // Exact comparison: a part at rest keeps what is known about it.
             if (at.Equals(position) && turned.Equals(rotation)) return;
             Status status = engine.MoveInstance(id, PoseNow(metresPerUnit));
-            if (status != Status.Ok) Debug.LogError($"Foresound: {name} does not move: {ForesoundException.LastError()}", this);
+            // An invalid pose is reported once, not in every frame.
+            if (status != Status.Ok && lastStatus == Status.Ok)
+                Debug.LogError($"Foresound: {name} does not move: {ForesoundException.LastError()}", this);
+            lastStatus = status;
         }
 
         void Add(float metresPerUnit)

@@ -46,7 +46,7 @@ namespace Foresound
         uint id;
         bool wantsPlay;
         float setGain = 1, setRadius, setDirectivity, setSharpness = 1;
-        bool isMuted;
+        bool isMuted, isRefused;
 
         void OnEnable()
         {
@@ -77,6 +77,7 @@ namespace Foresound
             {
                 id = to.AddSource(at.x, at.y, at.z);
                 engine = to;
+                isRefused = false;
                 var player = GetComponent<AudioSource>();
                 if (player == null) return true;
                 // Distance and direction are Foresound's.
@@ -88,9 +89,11 @@ namespace Foresound
             }
             catch (ForesoundException error)
             {
-                Debug.LogError($"Foresound: {name}: {error.Message}", this);
                 if (engine != null) to.RemoveSource(id);
                 engine = null;
+                // Reported once, tried in every frame.
+                if (!isRefused) Debug.LogError($"Foresound: {name}: {error.Message}", this);
+                isRefused = true;
                 return false;
             }
         }
