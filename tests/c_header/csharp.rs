@@ -124,7 +124,7 @@ impl Writer {
             _ => {
                 let name = base.strip_prefix("Foresound").expect("a type of ours");
                 let found = self.known.iter().find(|(known, ..)| known == name);
-                let (name, bytes, alignment) = found.unwrap_or_else(|| panic!("{base} is unknown"));
+                let (name, bytes, alignment) = found.expect("a type declared before");
                 (name.as_str(), *bytes, *alignment)
             }
         };
@@ -154,7 +154,7 @@ impl Writer {
                 .strip_prefix(&prefix)
                 .expect("the enumeration's prefix");
             let (docs, member) = (summary(docs, "        "), pascal_case(member));
-            let _ = write!(self.types, "{docs}        {member} = {value},\n");
+            let _ = writeln!(self.types, "{docs}        {member} = {value},");
         }
         self.types += "    }\n\n";
         self.known
@@ -171,8 +171,8 @@ impl Writer {
             let (docs, csharp) = (summary(docs, "        "), layout.csharp);
             let name = pascal_case(&field.name);
             let _ = match field.elements {
-                1 => write!(fields, "{docs}        public {csharp} {name};\n"),
-                n => write!(fields, "{docs}        public fixed {csharp} {name}[{n}];\n"),
+                1 => writeln!(fields, "{docs}        public {csharp} {name};"),
+                n => writeln!(fields, "{docs}        public fixed {csharp} {name}[{n}];"),
             };
         }
         let bytes = offset.next_multiple_of(alignment);
