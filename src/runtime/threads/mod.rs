@@ -1,6 +1,6 @@
 //! Threads: placement and priority, worker pool, clock, floating-point mode.
 
 pub mod affinity;
-pub(crate) mod clock;
+pub mod clock;
 pub mod flush_to_zero;
 pub mod workers;

@@ -5,6 +5,8 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
+use foresound::runtime::threads::clock::thread_processor_time;
+
 /// Width of a bin, as a share of the period.
 const BIN: f64 = 0.001;
 /// Up to four periods; longer blocks share the last bin.
@@ -51,9 +53,7 @@ impl ProcessorShares {
 
 /// Processor time of this thread in seconds; 0 where the system does not report it.
 pub(crate) fn processor_s() -> f64 {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let nanoseconds = text.split_whitespace().next().map(str::parse::<f64>);
-    1e-9 * nanoseconds.and_then(|ns| ns.ok()).unwrap_or(0.0)
+    thread_processor_time().map_or(0.0, |time| time.as_secs_f64())
 }
 
 #[cfg(test)]
