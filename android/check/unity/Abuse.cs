@@ -34,8 +34,7 @@ namespace Foresound.Check
                 Check.That(Marshal.SizeOf(type) == (uint)bytes.GetRawConstantValue(), type.Name + " has another size");
             }
             Check.That(structures >= 12, structures + " structures");
-            Check.That(SoundEngine.DefaultOptions.Size == sizeof(Options), "the library's options have another size");
-            Check.That(SoundEngine.DefaultSourceOptions.Size == sizeof(SourceOptions), "the library's source options have another size");
+            Check.That(SoundEngine.DefaultOptions.RateHz == 44100 || SoundEngine.DefaultOptions.RateHz == 48000, "default options");
         }
 
         /// <summary>A value for a parameter: the wrong handle, null for pointers, zero for the rest.</summary>
@@ -54,7 +53,8 @@ namespace Foresound.Check
                 ulong[] wrong = { 0, 1, ulong.MaxValue, 1ul << 63, closed, clip.Handle ^ 1ul << 40, clip.Handle };
                 foreach (MethodInfo method in typeof(Native).GetMethods(BindingFlags.Static | BindingFlags.Public))
                 {
-                    if (method.ReturnType != typeof(Status)) continue;
+                    // Null is no function for messages, which is a choice.
+                    if (method.ReturnType != typeof(Status) || method.Name == "SetLog") continue;
                     ParameterInfo[] parameters = method.GetParameters();
                     bool takesHandle = Array.Exists(parameters, p => p.ParameterType == typeof(ulong));
                     bool takesPointer = Array.Exists(parameters, p => p.ParameterType.IsPointer);
@@ -106,7 +106,7 @@ namespace Foresound.Check
             float[] corners = { 0, 0, 0, 1, 0, 0, 0, 0, 1 };
             uint[] triangle = { 0, 1, 2 }, beyond = { 0, 1, 3 }, one = { 0 };
             string[] brick = { "brick" };
-            SoundScene scene = SoundScene.FromMesh(corners, triangle, one, brick, null);
+            SoundScene scene = SoundScene.FromMesh(corners, triangle, one, brick, null, null);
             Check.That(scene.Info.Triangles == 1 && scene.Info.UnknownMaterials == 0, "a triangle of brick");
 
             Options options = Choices.Light();
@@ -118,18 +118,30 @@ namespace Foresound.Check
             Refuses<ArgumentNullException>("no samples", () => SoundClip.FromSamples(null, 48000, 48000));
             Refuses<OverflowException>("a negative rate", () => SoundClip.FromSamples(new float[8], -1, 48000));
             Refuses("NaN", Status.BadArgument, () => SoundClip.FromSamples(new[] { float.NaN }, 48000, 48000));
-            Refuses<ArgumentNullException>("no corners", () => SoundScene.FromMesh(null, triangle, one, brick, null));
-            Refuses<ArgumentNullException>("no name", () => SoundScene.FromMesh(corners, triangle, one, new string[1], null));
-            Refuses<ArgumentException>("8 numbers", () => SoundScene.FromMesh(new float[8], triangle, one, brick, null));
-            Refuses<ArgumentException>("2 indices", () => SoundScene.FromMesh(corners, new uint[2], one, brick, null));
-            Refuses<ArgumentException>("2 materials", () => SoundScene.FromMesh(corners, triangle, new uint[2], brick, null));
-            Refuses<ArgumentException>("a zero", () => SoundScene.FromMesh(corners, triangle, one, new[] { "a\0b" }, null));
-            Refuses("an index beyond", Status.Format, () => SoundScene.FromMesh(corners, beyond, one, brick, null));
-            Refuses("a material beyond", Status.Format, () => SoundScene.FromMesh(corners, triangle, new uint[] { 7 }, brick, null));
-            Refuses("no materials file", Status.Format, () => SoundScene.FromMesh(corners, triangle, one, brick, "[what"));
+            Refuses<ArgumentNullException>("no corners", () => SoundScene.FromMesh(null, triangle, one, brick, null, null));
+            Refuses<ArgumentNullException>("no name", () => SoundScene.FromMesh(corners, triangle, one, new string[1], null, null));
+            Refuses<ArgumentException>("8 numbers", () => SoundScene.FromMesh(new float[8], triangle, one, brick, null, null));
+            Refuses<ArgumentException>("2 indices", () => SoundScene.FromMesh(corners, new uint[2], one, brick, null, null));
+            Refuses<ArgumentException>("2 materials", () => SoundScene.FromMesh(corners, triangle, new uint[2], brick, null, null));
+            Refuses<ArgumentException>("a zero", () => SoundScene.FromMesh(corners, triangle, one, new[] { "a\0b" }, null, null));
+            Refuses("an index beyond", Status.Format, () => SoundScene.FromMesh(corners, beyond, one, brick, null, null));
+            Refuses("a material beyond", Status.Format, () => SoundScene.FromMesh(corners, triangle, new uint[] { 7 }, brick, null, null));
+            Refuses("no materials file", Status.Format, () => SoundScene.FromMesh(corners, triangle, one, brick, "[what", null));
             Refuses("a source of no engine", Status.StaleSource, () => engine.Configure(source + 1, SoundEngine.DefaultSourceOptions));
             Refuses("a clip as a scene", Status.WrongKind, () => ForesoundException.Check(Native.EngineSetScene(engine.Handle, clip.Handle)));
             Refuses("a stream of nothing", Status.BadArgument, () => engine.Stream(source, 0));
+
+            // A commit that is cancelled, before it begins and while it runs.
+            using (SoundProgress progress = SoundProgress.Create())
+            {
+                Check.That(progress.Done == 0 && progress.Cancel() == Status.Ok, "a progress at its start");
+                Refuses("a cancelled scene", Status.Cancelled, () => SoundScene.FromMesh(corners, triangle, one, brick, null, progress));
+            }
+            SoundProgress over = SoundProgress.Create();
+            over.Dispose();
+            Check.That(over.Done == 0 && over.Cancel() == Status.Closed, "a closed progress");
+            ulong no;
+            Check.That(Native.EngineCreate(Native.ApiVersion + 0x10000, null, null, UIntPtr.Zero, &no, &no) == Status.Version, "a newer header");
 
             var poses = new Interop.Pose[2];
             Interop.Pose head = Walk.PoseAt(0, 0, 1, 0, 0, 0, 0, 1);

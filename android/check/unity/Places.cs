@@ -140,8 +140,14 @@ namespace Foresound.Check
             var build = new SceneBuild(input);
             bool isDone = build.IsDone;
             double main = watch.Elapsed.TotalMilliseconds;
+            Check.That(build.Done <= 1, "progress");
             using (SoundScene scene = build.Take()) Check.That((int)scene.Info.TrianglesIn == triangles.Length / 3, "the ground");
             Check.That(!isDone, "the main thread committed the ground itself");
+            // A build that nobody waits for ends before its time.
+            var abandoned = new SceneBuild(input);
+            abandoned.Abandon();
+            string cause = Check.Throws<ForesoundException>("an abandoned build", () => abandoned.Take());
+            Check.That(cause.Contains("cancel"), cause);
             ground.SetActive(false);
             return $"{triangles.Length / 3} triangles: main thread {main:f1} ms, other thread {watch.Elapsed.TotalMilliseconds - main:f0} ms";
         }

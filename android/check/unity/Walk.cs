@@ -68,7 +68,7 @@ namespace Foresound.Check
                 Must(engine.SetGain(far, 0.5f));
                 float[] corners = { 0, 0, 0, 2, 0, 0, 2, 2, 0, 0, 2, 0 };
                 uint[] triangles = { 0, 1, 2, 0, 2, 3 };
-                using (SoundScene panel = SoundScene.FromMesh(corners, triangles, new uint[0], new string[0], null))
+                using (SoundScene panel = SoundScene.FromMesh(corners, triangles, new uint[0], new string[0], null, null))
                 {
                     part = panel.Handle;
                     door = engine.AddInstance(panel, PoseAt(0, 9, 0, 1, 0, 0.6f, 0, 0.8f));

@@ -18,8 +18,8 @@ namespace Foresound
         [Min(1e-6f)]
         public float metresPerUnit = 1;
 
-        /// <summary>Most sources at once, 1 to 256.</summary>
-        [Range(1, 256)]
+        /// <summary>Most sources, 1 to 4096; beyond 256 near ones share a slot.</summary>
+        [Range(1, 4096)]
         public int maxSources = 32;
 
         /// <summary>Rays from the listener an update; 0: the library's default.</summary>
@@ -83,6 +83,9 @@ namespace Foresound
             }
         }
 
+        /// <summary>The part of the fixed geometry that is committed, 0 to 1; for loading screens.</summary>
+        public float BuildProgress => build == null ? 1 : build.Done;
+
         void OnEnable()
         {
             enabled = Registry.Add(this) && Open();
@@ -118,8 +121,7 @@ namespace Foresound
                 engine = SoundEngine.Create(options);
                 if (coreShare > 0) engine.SetCoreShare(coreShare);
             }
-            catch (Exception error) when (
-                error is ForesoundException || error is DllNotFoundException || error is NotSupportedException)
+            catch (Exception error) when (error is ForesoundException || error is DllNotFoundException)
             {
                 Debug.LogError($"Foresound: no engine: {error.Message}", this);
                 Close();

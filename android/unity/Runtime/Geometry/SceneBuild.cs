@@ -7,30 +7,46 @@ namespace Foresound
     /// <summary>A scene that is being committed on a thread of the pool. Main thread.</summary>
     internal sealed class SceneBuild
     {
-        Task<SoundScene> task;
+        readonly SoundProgress progress = SoundProgress.Create();
+        readonly Task<SoundScene> task;
 
         internal SceneBuild(SceneInput input)
         {
-            task = Task.Run(input.Commit);
+            task = Task.Run(() => input.Commit(progress));
         }
+
+        /// <summary>The part that is done, 0 to 1.</summary>
+        internal float Done => IsDone ? 1 : progress.Done;
 
         /// <summary>Whether <see cref="Take"/> does not wait.</summary>
         internal bool IsDone => task.IsCompleted;
 
         /// <summary>The scene, the caller's from now on; waits for it.</summary>
         /// <exception cref="ForesoundException">The meshes or the materials are invalid.</exception>
-        internal SoundScene Take() => task.GetAwaiter().GetResult();
+        internal SoundScene Take()
+        {
+            try
+            {
+                return task.GetAwaiter().GetResult();
+            }
+            finally
+            {
+                progress.Dispose();
+            }
+        }
 
-        /// <summary>Gives the scene up, now or when it is done.</summary>
+        /// <summary>Cancels the build, and gives the scene up if it is done all the same.</summary>
         internal void Abandon()
         {
+            progress.Cancel();
             task.ContinueWith(Discard, TaskContinuationOptions.ExecuteSynchronously);
         }
 
-        static void Discard(Task<SoundScene> done)
+        void Discard(Task<SoundScene> ended)
         {
-            if (done.Status == TaskStatus.RanToCompletion) done.Result.Dispose();
-            else GC.KeepAlive(done.Exception);
+            progress.Dispose();
+            if (ended.Status == TaskStatus.RanToCompletion) ended.Result.Dispose();
+            else GC.KeepAlive(ended.Exception);
         }
     }
 }

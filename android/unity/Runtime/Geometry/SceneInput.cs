@@ -51,12 +51,12 @@ namespace Foresound
         }
 
         /// <summary>Transforms the meshes and commits the scene. Any thread but those of frames and sound.</summary>
-        /// <exception cref="ForesoundException">The meshes or the materials are invalid.</exception>
-        internal SoundScene Commit()
+        /// <exception cref="ForesoundException">The meshes or the materials are invalid, or it was cancelled.</exception>
+        internal SoundScene Commit(SoundProgress progress)
         {
             Transform(out float[] positions, out uint[] indices, out uint[] triangleMaterials);
             string text = toml.Length == 0 ? null : toml.ToString();
-            return SoundScene.FromMesh(positions, indices, triangleMaterials, names.ToArray(), text);
+            return SoundScene.FromMesh(positions, indices, triangleMaterials, names.ToArray(), text, progress);
         }
 
         /// <summary>All meshes as one, in Foresound's coordinates.</summary>

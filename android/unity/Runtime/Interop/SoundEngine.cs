@@ -39,11 +39,14 @@ namespace Foresound.Interop
         }
 
         /// <summary>An engine in free field. Takes some ten milliseconds.</summary>
-        /// <exception cref="ForesoundException">An option is out of range.</exception>
+        /// <exception cref="ForesoundException">
+        /// An option is out of range, or the library has another major version than the package.
+        /// </exception>
         public static SoundEngine Create(Options options)
         {
             ulong engine, renderer;
-            ForesoundException.Check(Native.EngineCreate(Native.ApiVersion, &options, null, UIntPtr.Zero, &engine, &renderer));
+            ForesoundException.Check(
+                Native.EngineCreate(Native.ApiVersion, &options, null, UIntPtr.Zero, &engine, &renderer));
             return new SoundEngine(engine, renderer);
         }
 
@@ -112,8 +115,8 @@ namespace Foresound.Interop
             UIntPtr count;
             fixed (ShownPath* first = paths)
             {
-                var capacity = (UIntPtr)paths.Length;
-                return Native.EnginePaths(Handle, first, (UIntPtr)ShownPath.Bytes, capacity, &count) == Status.Ok ? (int)count : 0;
+                UIntPtr capacity = (UIntPtr)paths.Length, bytes = (UIntPtr)ShownPath.Bytes;
+                return Native.EnginePaths(Handle, first, bytes, capacity, &count) == Status.Ok ? (int)count : 0;
             }
         }
 
@@ -162,7 +165,8 @@ namespace Foresound.Interop
         }
 
         /// <summary>Moves an instance.</summary>
-        public Status MoveInstance(uint instance, Pose pose) => Native.InstanceMove(Handle, instance, &pose, (UIntPtr)Pose.Bytes);
+        public Status MoveInstance(uint instance, Pose pose) =>
+            Native.InstanceMove(Handle, instance, &pose, (UIntPtr)Pose.Bytes);
 
         /// <summary>Removes an instance.</summary>
         public Status RemoveInstance(uint instance) => Native.InstanceRemove(Handle, instance);
