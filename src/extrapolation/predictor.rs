@@ -98,3 +98,21 @@ impl PredictorKind {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hold_is_the_last_step_down() {
+        let steps = |kind: PredictorKind| [0, 1, 2, 3].map(|steps| kind.lowered(steps).name());
+        assert_eq!(
+            steps(PredictorKind::default()),
+            ["best", "linear", "hold", "hold"]
+        );
+        assert_eq!(
+            steps(PredictorKind::Linear),
+            ["linear", "hold", "hold", "hold"]
+        );
+    }
+}

@@ -153,7 +153,7 @@ impl Worker {
         message.synchronous = self.synchronous;
         message.extrapolator = self.extrapolator.take();
         message.scenes = self.scenes.take();
-        message.predictor = (world.predictor != self.predictor)
+        message.predictor = (predictor != self.predictor)
             .then(|| PredictorState::with_room(predictor, self.max_paths, self.max_sources));
         self.predictor = predictor;
         self.newest = Some(world);
