@@ -263,7 +263,12 @@ fn virtual_engine(unit: &Unit, stage: &Stage, props: &Props, how: How) -> Result
         })?;
         let elapsed_s = processor_s() - before_s;
         let statistics = engine.controller().statistics();
-        times.add(frame, elapsed_s, statistics.rays);
+        let mark = match how.schedule {
+            // Every graphics frame has an update.
+            Schedule::Synchronous => frame + 1,
+            Schedule::Asynchronous { .. } => statistics.rays,
+        };
+        times.add(frame, elapsed_s, mark);
         observed.add(&statistics);
     }
     let update_s = times.update_s();
