@@ -1,5 +1,6 @@
 //! A path over two edges, between listeners 5 mm apart: it fades where its geometry ends.
 
+#[expect(dead_code, reason = "this test uses a part of it")]
 mod parts;
 
 use foresound::propagation::Path;

@@ -14,7 +14,7 @@ const LANGUAGES: [&str; 7] = ["c", "kotlin", "rust", "sh", "text", "toml", "csha
 
 fn read(path: impl AsRef<Path>) -> String {
     let path = Path::new(ROOT).join(path);
-    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+    fs::read_to_string(&path).expect("a file of the repository")
 }
 
 /// The guide's pages, without the table of contents.

@@ -8,6 +8,7 @@ use plotters::prelude::*;
 
 use foresound::glam::Quat;
 use foresound::paths::{MAX_ORDER, PathSet, Propagator};
+use foresound::propagation::diffuse::envelope::LATE_SEGMENT_STARTS;
 use foresound::scene::procedural;
 use foresound::{
     BANDS, InstanceId, InstancePose, ListenerPose, MaterialTable, PropagationSettings, Result,
@@ -117,7 +118,10 @@ fn energy(set: &PathSet) -> [f64; BANDS] {
             .paths
             .iter()
             .map(|path| f64::from(path.amplitude[band]).powi(2));
-        let late = set.late.iter().flat_map(|late| late.energy.iter());
+        let late = set
+            .late
+            .iter()
+            .flat_map(|late| late.energy.iter().flatten());
         early.sum::<f64>() + late.map(|segment| f64::from(segment[band])).sum::<f64>()
     })
 }
@@ -194,13 +198,34 @@ fn room(file: &Path) -> Result<()> {
     .save_png(file)
 }
 
+/// Index of 1 kHz.
+const BAND: usize = 4;
+
+/// Late energy that arrives per second at 1 kHz, `time_s` after the click.
+fn late_energy_per_s(set: &PathSet, time_s: f64) -> f64 {
+    let mut sum = 0.0;
+    for late in &set.late {
+        for (group, segments) in set.late_groups.iter().zip(&late.energy) {
+            // Nepers of energy a second.
+            let decay = 6.0 * 10f64.ln() / f64::from(group.decay_time_s[BAND]);
+            for (energy, start) in segments.iter().zip(LATE_SEGMENT_STARTS) {
+                let start_s = f64::from(late.start_s) + start * f64::from(late.mean_free_time_s);
+                if time_s >= start_s && decay.is_finite() {
+                    let passed = (-decay * (time_s - start_s)).exp();
+                    sum += f64::from(energy[BAND]) * decay * passed;
+                }
+            }
+        }
+    }
+    sum
+}
+
 /// Bars of the paths at 1 kHz over their delays, and the late reverb's energy in windows of 5 ms.
 fn draw_arrivals(
     area: &Area<'_>,
     set: &PathSet,
     speed_m_s: f64,
 ) -> std::result::Result<(), DrawError> {
-    const BAND: usize = 4;
     const WINDOW_S: f64 = 0.005;
     const FLOOR_DB: f64 = -60.0;
     const END_MS: f64 = 400.0;
@@ -219,28 +244,18 @@ fn draw_arrivals(
         ],
     }
     .draw(area)?;
-    for late in &set.late {
-        let energy: f64 = late
-            .energy
-            .iter()
-            .map(|segment| f64::from(segment[BAND]))
-            .sum();
-        // Nepers of energy a second.
-        let decay = 60.0 / 10.0 * 10f64.ln() / f64::from(late.decay_time_s[BAND]);
-        let start_ms = 1000.0 * f64::from(late.start_s);
-        let points = (0..)
-            .map(|step| start_ms + f64::from(step))
-            .take_while(|ms| *ms < END_MS);
-        let level = |ms: f64| {
-            let window = energy * decay * WINDOW_S * (-decay * 0.001 * (ms - start_ms)).exp();
-            (ms, (10.0 * window.log10()).max(FLOOR_DB))
-        };
-        let mut outline = vec![(start_ms, FLOOR_DB)];
-        outline.extend(points.map(level));
-        outline.push((END_MS, FLOOR_DB));
-        let filled = AXIS.mix(0.35).filled();
-        chart.draw_series(std::iter::once(Polygon::new(outline, filled)))?;
-    }
+    let level = |ms: f64| {
+        let window = late_energy_per_s(set, 0.001 * ms) * WINDOW_S;
+        (ms, (10.0 * window.log10()).max(FLOOR_DB))
+    };
+    let points = (0..).map(f64::from).take_while(|ms| *ms < END_MS);
+    let mut outline = vec![(0.0, FLOOR_DB)];
+    outline.extend(points.map(level));
+    outline.push((END_MS, FLOOR_DB));
+    chart.draw_series(std::iter::once(Polygon::new(
+        outline,
+        AXIS.mix(0.35).filled(),
+    )))?;
     // The highest orders first: the loud ones stay visible.
     let mut paths: Vec<_> = set.paths.iter().collect();
     paths.sort_by_key(|path| std::cmp::Reverse(path.order));

@@ -193,7 +193,7 @@ impl Network {
             .lengths
             .map(|length| (length as f32 + scattering) / self.rate_hz);
         let loss = seconds.map(|seconds| {
-            let level = |t60_s: f32| -60.0 * seconds / t60_s.max(SHORTEST_T60_S).min(LONGEST_T60_S);
+            let level = |t60_s: f32| -60.0 * seconds / t60_s.clamp(SHORTEST_T60_S, LONGEST_T60_S);
             std::array::from_fn::<f32, BANDS, _>(|b| level(group.decay_time_s[b]))
         });
         let least = seconds.map(|seconds| -60.0 * seconds / LONGEST_T60_S);

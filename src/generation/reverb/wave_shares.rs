@@ -100,8 +100,10 @@ mod tests {
     fn waves_carry_the_energy_of_each_direction_from_near_it() {
         let shares = WaveShares::new();
         for (index, direction) in LATE_DIRECTION_VECTORS.iter().enumerate() {
-            let mut group = LateGroup::default();
-            group.directions = [[0.0; BANDS]; LATE_DIRECTIONS];
+            let mut group = LateGroup {
+                directions: [[0.0; BANDS]; LATE_DIRECTIONS],
+                ..LateGroup::default()
+            };
             group.directions[index] = [1.0; BANDS];
             let levels = shares.levels_db(&group);
             let energies = levels.map(|level| 10f32.powf(0.1 * level[3]) / LINES as f32);

@@ -221,8 +221,7 @@ mod tests {
     #[test]
     fn no_handle_is_given_twice() {
         let mut table = SourceTable::new(1);
-        let count = u64::from(SourceId::LAST_GENERATION) + 1;
-        for n in 0..count {
+        for n in 1..=u64::from(SourceId::LAST_GENERATION) {
             let id = table.add(Vec3::ZERO).expect("is free");
             assert_eq!((id.slot(), u64::from(id.generation())), (0, n));
             table.remove(id, n).expect("is there");
