@@ -171,7 +171,8 @@ fn a_small_moving_part_has_few_rays_cast_again() {
         for (late, expected) in set.late.iter().zip(&expected.late) {
             for band in 0..8 {
                 let off_db = 10.0 * (late.total()[band] / expected.total()[band]).log10();
-                // 1.08 dB at 63 Hz, where far rays carry most: their legs do not count as stale.
+                // 1.14 dB at 63 Hz, where far rays carry most: their legs do not count as stale. The bound has no
+                // derivation; it was 1 dB before rays carried only specular energy.
                 assert!(
                     off_db.abs() < 1.25,
                     "update {update}, band {band}: {off_db} dB"

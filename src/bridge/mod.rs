@@ -16,6 +16,7 @@ pub mod handles;
 pub mod health;
 pub mod instances;
 pub mod interface;
+mod kind;
 pub mod logging;
 pub mod options;
 pub mod pose;

@@ -109,9 +109,9 @@ const TABLE: [(&str, &str); 40] = [
     ("runtime::trace", "runtime::threads"),
     (
         "bridge",
-        "acoustics error extrapolation extrapolation::geometric generation::binaural output runtime::budget runtime::device runtime::engine runtime::handover runtime::threads scene scene::committed scene::io scene::materials",
+        "acoustics error extrapolation extrapolation::geometric generation::binaural output propagation runtime runtime::budget runtime::device runtime::engine runtime::handover runtime::threads scene scene::committed scene::io scene::materials",
     ),
-    ("bridge::capi", "bridge"),
+    ("bridge::capi", "bridge scene"),
 ];
 
 /// Words that only `runtime`, `bridge` (handles are used from any thread), evaluation and the command line may use: a stage

@@ -20,7 +20,7 @@ use crate::propagation::transmission::{direct_path, direct_path_of};
 use crate::scene::Scene;
 use crate::scene::edges::EdgeCrossing;
 
-/// Most edges of one source's direct field. Of so many the quietest is silent ([`rank_weight`]).
+/// Most edges of one source's direct field. Of so many the quietest is silent (`rank_weight`).
 pub const MAX_DIRECT_EDGES: usize = 8;
 
 /// Phase of the detour in radians up to which the diffracted wave is part of the direct path, and from which it is a

@@ -13,7 +13,7 @@ use crate::simd::LaneSet;
 
 /// While instances move, one in this many legs may be stale. Stale rays may select other bounces: a door that swings in a
 /// hall changed up to 1.1 dB of the late energy with one in 64 (`tests/remembered_rays.rs`).
-const LEGS_PER_STALE_LEG: usize = 128;
+const LEGS_PER_STALE_LEG: usize = 64;
 
 /// All inputs of rays except the listener; the lattice is identified by its size.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -70,7 +70,7 @@ pub struct ActiveQuality {
     pub max_paths: usize,
     /// Gain of each order of reflection, from the direct path on.
     pub order_gain: [f32; MAX_ORDER + 1],
-    /// [`QualityFactors::predictor_steps`].
+    /// `QualityFactors::predictor_steps`.
     pub predictor_steps: u8,
 }
 

@@ -99,7 +99,7 @@ impl SceneLayout {
     /// Reads a layout file.
     ///
     /// # Errors
-    /// As [`Self::parse`], and [`Error::File`](crate::Error::File) where the file cannot be read.
+    /// As [`Self::parse`], and [`Error::File`] where the file cannot be read.
     pub fn load(path: &Path) -> Result<Self> {
         Self::parse(path, &read_text(path)?)
     }
@@ -107,7 +107,7 @@ impl SceneLayout {
     /// Parses a layout file; `path` is for errors and for a missing name.
     ///
     /// # Errors
-    /// [`Error::Format`](crate::Error::Format) with line and key for missing or unknown keys, numbers out of range, names
+    /// [`Error::Format`] with line and key for missing or unknown keys, numbers out of range, names
     /// that occur twice, a walk without length or speed, and the errors of [`crate::scene::MaterialTable::parse`].
     pub fn parse(path: &Path, text: &str) -> Result<Self> {
         let file = TomlFile { path, text };

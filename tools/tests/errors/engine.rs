@@ -102,7 +102,7 @@ fn at_work(errors: &mut Errors) {
     let id = controller.add_source(Vec3::ONE).expect("a slot");
     errors.of("a second source", controller.add_source(Vec3::ONE));
     let (mut worn, _renderer) = Engine::new(small()).expect("an engine");
-    for _ in 0..=SourceId::LAST_GENERATION {
+    for _ in 1..=SourceId::LAST_GENERATION {
         let id = worn.add_source(Vec3::ONE).expect("a slot");
         worn.remove_source(id).expect("is there");
     }
