@@ -130,8 +130,6 @@ pub struct Extrapolator {
     pub(super) late: Vec<LateEnergy>,
     /// Reverberation time as last emitted.
     pub(super) late_groups: [LateGroup; LATE_GROUPS],
-    /// Those of the last graphics frame, whose decay times follow slowly.
-    pub(super) heard_groups: [LateGroup; LATE_GROUPS],
     pub(super) level: u32,
     pub(super) frames_since_update: u32,
     pub(super) updates: u64,
@@ -155,7 +153,6 @@ impl Extrapolator {
             occluded: Vec::new(),
             late: Vec::new(),
             late_groups: Default::default(),
-            heard_groups: Default::default(),
             level: 0,
             frames_since_update: 0,
             updates: 0,

@@ -8,10 +8,10 @@ use super::frame::{FramePath, FramePaths, LateSend, allows};
 use super::predictor::{FrameContext, TrackedPath};
 use crate::extrapolation::geometric::{FrameInputs, extrapolate_late};
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
+use crate::propagation::LateEnergy;
 use crate::propagation::diffraction::direct_field;
 use crate::propagation::diffuse::late_segments;
 use crate::propagation::endpoints::Endpoints;
-use crate::propagation::{LATE_GROUPS, LateEnergy, LateGroup};
 use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, SourceId, SourcePose};
 
@@ -19,22 +19,6 @@ const DONE: Progress = Progress {
     rays: 0,
     is_done: true,
 };
-
-/// Largest ratio of a group's decay times in two graphics frames. Sound that is under way in a network was sent for the old
-/// decay time: with a much longer one it would be far too loud.
-const MAX_DECAY_RATIO: f32 = 1.03;
-
-/// Moves decay times towards those of `target`; from nothing at once. Directions follow at once.
-fn approach(heard: &mut [LateGroup; LATE_GROUPS], target: &[LateGroup; LATE_GROUPS]) {
-    for (heard, target) in heard.iter_mut().zip(target) {
-        let before = std::mem::replace(heard, *target).decay_time_s;
-        for (time_s, before_s) in heard.decay_time_s.iter_mut().zip(before) {
-            if before_s > 0.0 && *time_s > 0.0 {
-                *time_s = time_s.clamp(before_s / MAX_DECAY_RATIO, before_s * MAX_DECAY_RATIO);
-            }
-        }
-    }
-}
 
 impl Extrapolator {
     /// Computes the graphics frame of these poses; the next call computes the next frame. Returns the number of rays cast.
@@ -128,8 +112,7 @@ impl Extrapolator {
         result.orientation = listener.orientation;
         result.high_air_np_per_s = self.scenes.current().high_air_np_per_s();
         progress.rays += self.update_late(listener, sources);
-        approach(&mut self.heard_groups, &self.late_groups);
-        result.late_groups = self.heard_groups;
+        result.late_groups = self.late_groups;
         result.late.clear();
         let has_late = |late: &LateEnergy| {
             let own = sources.iter().find(|pose| pose.id == late.source);

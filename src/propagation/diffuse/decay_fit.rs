@@ -1,11 +1,13 @@
-//! Decay rates of the late reverb's groups, from the energy that arrives at a listener.
+//! Decay rates of the late reverb's groups: a few that the whole scene shares.
 //!
-//! Own; after common slopes (\[GOTZ23\]). The first group has the decay of what arrives late of the whole scene, the last
-//! one the early decay of what the listener's surroundings send. The second one lies between; where both are alike, it is
-//! slower than they are, since energy that passes from room to room decays more slowly than in any of them.
+//! Own; after common slopes (\[GOTZ23\]). The first group has the decay of what is left late of the scene's energy, the last
+//! one the decay within the deadest surroundings, by Eyring's formula. The second one lies between; where both are alike, it
+//! is slower than they are, since energy that passes from room to room decays more slowly than in any of them. Energies
+//! depend on the positions of sources and listener, decays do not: sound that is under way keeps its decay while they move.
 
 use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::diffuse::transport::STEPS;
+use crate::propagation::diffuse::envelope::DecayColumns;
+use crate::propagation::diffuse::transport::{FirstLegs, STEPS, SceneField};
 use crate::propagation::late_group::LATE_GROUPS;
 
 /// Range of reverberation times in seconds: shorter ones are inaudible with the generator's delay lines, longer ones are
@@ -21,13 +23,6 @@ const SLOW_RANGE: f32 = 3.2e-5;
 /// Share of that span after which its fit starts.
 const SLOW_START: f32 = 0.5;
 
-/// Fall over which the fast decay is fitted: 12 dB.
-const FAST_FALL: f32 = 0.063;
-
-/// First time step of the fast decay's fit, and its least number of steps.
-const FAST_START: usize = 2;
-const FAST_STEPS: usize = 4;
-
 /// Ratio of the decay rates, in octaves, up to which they are one and from which on they are two.
 const ONE_DECAY: f64 = 1.0;
 const TWO_DECAYS: f64 = 2.0;
@@ -35,14 +30,77 @@ const TWO_DECAYS: f64 = 2.0;
 /// Rate of the second group relative to the only decay.
 const SLOWER: f64 = 0.8;
 
-/// Decay rates in nepers of energy per second from energies per time step: of all patches, and of those
-/// near the listener.
-pub(crate) fn rates_of(
-    all: &[BandArray; STEPS],
-    near: &[BandArray; STEPS],
-    step_s: f32,
+/// Least share of the energy after a reflection in local rates.
+const MIN_KEPT: f32 = 1e-3;
+
+/// Share of the patches that have no faster decay than the fastest group.
+const FAST_QUANTILE: f32 = 0.9;
+
+/// Decays that the whole scene shares.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct CommonDecays {
+    /// Reverberation time in seconds per group and band.
+    pub(crate) times_s: [BandArray; LATE_GROUPS],
+    /// Columns of the fit of a source's energies.
+    pub(crate) columns: DecayColumns,
+}
+
+impl CommonDecays {
+    /// From the responses of a field's patches.
+    pub(crate) fn of(field: &SceneField) -> Self {
+        let rates = rates_of(&total_energy(field), &local_rates(field), field);
+        Self {
+            times_s: rates
+                .map(|rates| rates.map(|rate| (NEPERS_OF_60_DB / f64::from(rate)) as f32)),
+            columns: DecayColumns::new(&rates, field.step_s),
+        }
+    }
+}
+
+/// Energy that leaves all patches in each time step, of energy that the whole scene radiates.
+fn total_energy(field: &SceneField) -> [BandArray; STEPS] {
+    let patches = field.patches();
+    let mut total = [[0.0; BANDS]; STEPS];
+    for to in 0..patches {
+        let steps = field.response_of(to).chunks_exact(patches);
+        for (total, energies) in total.iter_mut().zip(steps) {
+            for (share, energy) in field.share.iter().zip(energies) {
+                for b in 0..BANDS {
+                    total[b] += share * energy[b];
+                }
+            }
+        }
+    }
+    total
+}
+
+/// Decay rate in nepers of energy per second around each patch: Eyring's, for what the patches that it sees lose from one
+/// reflection to the next (\[KUTTRUFF\]).
+fn local_rates(field: &SceneField) -> Vec<BandArray> {
+    let legs = field.first_legs();
+    let around = |from: &FirstLegs| {
+        let (mut kept, mut length_m, mut weight) = ([0.0; BANDS], 0.0, 1e-6);
+        for (legs, arriving) in legs.iter().zip(from.arriving) {
+            weight += arriving;
+            length_m += arriving * legs.length_m;
+            for b in 0..BANDS {
+                kept[b] += arriving * legs.kept[b];
+            }
+        }
+        let time_s = (length_m / weight).max(1e-3) / field.speed_m_s;
+        kept.map(|kept| -(kept / weight).clamp(MIN_KEPT, 1.0).ln() / time_s)
+    };
+    legs.iter().map(around).collect()
+}
+
+/// Decay rates of the groups in nepers of energy per second, from the energy of the whole scene and the rates around its
+/// patches.
+fn rates_of(
+    total: &[BandArray; STEPS],
+    local: &[BandArray],
+    field: &SceneField,
 ) -> [BandArray; LATE_GROUPS] {
-    let per_s = 1.0 / f64::from(step_s);
+    let per_s = 1.0 / f64::from(field.step_s);
     let range = DECAY_RANGE_S;
     let (least, most) = (
         NEPERS_OF_60_DB / f64::from(range.1),
@@ -50,9 +108,9 @@ pub(crate) fn rates_of(
     );
     let mut rates = [[0.0; BANDS]; LATE_GROUPS];
     for b in 0..BANDS {
-        let slow = slow_slope(all, b).map_or(most, |slope| slope * per_s);
+        let slow = slow_slope(total, b).map_or(most, |slope| slope * per_s);
         let slow = slow.clamp(least, most);
-        let fast = fast_slope(near, b).map_or(most, |slope| slope * per_s);
+        let fast = quantile(local, &field.share, b, FAST_QUANTILE);
         let ratio = (fast / slow).max(2.0);
         let share = ((ratio.log2() - ONE_DECAY) / (TWO_DECAYS - ONE_DECAY)).clamp(0.0, 1.0);
         let other = SLOWER.powf(1.0 - share) * ratio.powf(0.5 * share);
@@ -64,9 +122,17 @@ pub(crate) fn rates_of(
     rates
 }
 
-/// Reverberation times in seconds of decay rates in nepers of energy per second.
-pub(crate) fn decay_times(rates: &[BandArray; LATE_GROUPS]) -> [BandArray; LATE_GROUPS] {
-    rates.map(|rates| rates.map(|rate| (NEPERS_OF_60_DB / f64::from(rate)) as f32))
+/// Value below which so large a share of the patches lies.
+fn quantile(values: &[BandArray], share: &[f32], band: usize, quantile: f32) -> f64 {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|a, b| values[*a][band].total_cmp(&values[*b][band]));
+    let mut sum = 0.0;
+    let reaches = |index: &&usize| {
+        sum += share[**index];
+        sum >= quantile
+    };
+    let found = order.iter().find(reaches).or(order.last());
+    found.map_or(0.0, |index| f64::from(values[*index][band]))
 }
 
 /// Decay per time step in the second half of the audible range.
@@ -76,19 +142,6 @@ fn slow_slope(energy: &[BandArray; STEPS], band: usize) -> Option<f64> {
     let end = 1 + energy.iter().rposition(is_audible)?;
     let first = (SLOW_START * end as f32) as usize;
     slope(&energy[first..end], band)
-}
-
-/// Decay per time step over the first [`FAST_FALL`].
-fn fast_slope(energy: &[BandArray; STEPS], band: usize) -> Option<f64> {
-    let peak = energy.iter().map(|energy| energy[band]).fold(0.0, f32::max);
-    let first = energy.iter().position(|energy| energy[band] == peak)?;
-    let first = first.clamp(FAST_START, STEPS - FAST_STEPS);
-    let floor = FAST_FALL * peak;
-    let count = energy[first..]
-        .iter()
-        .take_while(|energy| energy[band] > floor);
-    let end = first + count.count().max(FAST_STEPS);
-    slope(&energy[first..end.min(STEPS)], band)
 }
 
 /// Fall of a least-squares line through the logarithm, per time step.

@@ -3,8 +3,8 @@
 //! Own. Surface samples are connected to the listener by Lambert's law, like bounces in
 //! [`crate::propagation::diffuse::next_event`], and seen from the same viewpoints. With the responses of
 //! [`crate::propagation::diffuse::transport`] that gives the energy over time that arrives for a unit radiated by each
-//! patch. Decay times of the groups are fitted to the sum over all patches: they depend on the scene and the listener's
-//! position, not on any source.
+//! patch. Decay times of the groups belong to the scene ([`crate::propagation::diffuse::decay_fit`]), their directions to
+//! the listener's position; neither depends on any source.
 
 use glam::Vec3;
 
@@ -12,8 +12,6 @@ use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::propagation::diffuse::decay_fit::{decay_times, rates_of};
-use crate::propagation::diffuse::envelope::DecayColumns;
 use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
 use crate::propagation::diffuse::transport::{STEPS, SceneField};
 use crate::propagation::diffuse::visibility_cells::{GROUPS, VisibilityCells};
@@ -55,8 +53,6 @@ pub struct ListenerField {
     pub groups: [LateGroup; LATE_GROUPS],
     /// Scratch memory: the response by time steps.
     by_steps: Vec<BandArray>,
-    /// Columns of the fit of the groups' decays.
-    pub(crate) columns: DecayColumns,
 }
 
 impl ListenerField {
@@ -95,7 +91,9 @@ impl ListenerField {
             let steps = self.by_steps.iter().skip(from).step_by(field.patches());
             self.response.extend(steps);
         }
-        self.fit_decays(field);
+        for (group, time_s) in self.groups.iter_mut().zip(&field.decays.times_s) {
+            group.decay_time_s = *time_s;
+        }
         self.find_directions(field);
         rays
     }
@@ -171,30 +169,6 @@ impl ListenerField {
                 view.delay_s /= weight * speed_m_s;
                 view.directions = view.directions.map(|share| share / weight);
             }
-        }
-    }
-
-    /// Decay rates from what arrives of all patches, and of those that the listener sees.
-    fn fit_decays(&mut self, field: &SceneField) {
-        let patches = field.patches();
-        let mut all = [[0.0; BANDS]; STEPS];
-        let mut near = [[0.0; BANDS]; STEPS];
-        for step in 0..STEPS {
-            for from in 0..patches {
-                let arriving = &self.by_steps[step * patches + from];
-                let (share, view) = (field.share[from], &self.patches[from]);
-                for b in 0..BANDS {
-                    let energy = share * arriving[b];
-                    all[step][b] += energy;
-                    near[step][b] += energy * view.energy[b];
-                }
-            }
-        }
-        let rates = rates_of(&all, &near, field.step_s);
-        self.columns = DecayColumns::new(&rates, field.step_s);
-        let times = decay_times(&rates);
-        for (group, time_s) in self.groups.iter_mut().zip(times) {
-            group.decay_time_s = time_s;
         }
     }
 

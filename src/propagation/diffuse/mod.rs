@@ -220,7 +220,7 @@ impl LateEstimator {
         }
         if weights > 0.0 {
             self.deposits.gather(field, listener, &mut histogram);
-            histogram.fit(&listener.columns, weights, &mut late);
+            histogram.fit(&field.decays.columns, weights, &mut late);
         }
         late
     }

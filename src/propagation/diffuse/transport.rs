@@ -10,7 +10,10 @@ use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::propagation::diffuse::surface_samples::{SurfaceSamples, facing, probe_ray};
+use crate::propagation::diffuse::decay_fit::CommonDecays;
+use crate::propagation::diffuse::surface_samples::{
+    MAX_PATCHES, SurfaceSamples, facing, probe_ray,
+};
 use crate::scene::Scene;
 use crate::simd::{LaneSet, kernel};
 
@@ -72,17 +75,44 @@ impl TransportSum {
     }
 }
 
+/// What becomes of the energy that a patch radiates, up to its first reflection.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FirstLegs {
+    /// Mean length in metres, without rays that hit nothing.
+    pub(crate) length_m: f32,
+    /// Share of the rays that arrives at each patch.
+    pub(crate) arriving: [f32; MAX_PATCHES],
+    /// Share of the energy that the first reflection leaves.
+    pub(crate) kept: BandArray,
+}
+
+impl Default for FirstLegs {
+    fn default() -> Self {
+        Self {
+            length_m: 0.0,
+            arriving: [0.0; MAX_PATCHES],
+            kept: [0.0; BANDS],
+        }
+    }
+}
+
 /// The late field of a scene.
 #[derive(Debug, Clone, Default)]
 pub struct SceneField {
     pub(crate) samples: SurfaceSamples,
     /// Length of a time step in seconds.
     pub(crate) step_s: f32,
+    /// Speed of sound in metres per second.
+    pub(crate) speed_m_s: f32,
     /// Share of all samples of each patch.
     pub(crate) share: Vec<f32>,
     /// Energy that leaves patch `to` in a time step, for a unit that patch `from` radiates at time 0:
     /// `[(to × STEPS + step) × patches + from]`.
     responses: Vec<BandArray>,
+    /// What becomes of the energy that each patch radiates, up to its first reflection.
+    first_legs: Vec<FirstLegs>,
+    /// Decays of the late reverb's groups.
+    pub(crate) decays: CommonDecays,
 }
 
 impl SceneField {
@@ -94,12 +124,16 @@ impl SceneField {
         for sample in &samples.all {
             share[usize::from(sample.patch)] += 1.0 / samples.all.len() as f32;
         }
-        let step_s = samples.short_leg_m / scene.speed_of_sound_m_s() as f32;
+        let speed_m_s = scene.speed_of_sound_m_s() as f32;
+        let step_s = samples.short_leg_m / speed_m_s;
         let mut field = Self {
             samples,
             step_s: step_s.clamp(STEP_RANGE_S.0, STEP_RANGE_S.1),
+            speed_m_s,
             share,
             responses: Vec::new(),
+            first_legs: Vec::new(),
+            decays: CommonDecays::default(),
         };
         field.renew(scene, rays);
         field
@@ -112,7 +146,7 @@ impl SceneField {
             return;
         }
         let sums = self.trace(scene, rays);
-        let step_m = self.step_s * scene.speed_of_sound_m_s() as f32;
+        let step_m = self.step_s * self.speed_m_s;
         let transports = collect(&sums, patches, step_m);
         self.responses.clear();
         self.responses
@@ -120,6 +154,7 @@ impl SceneField {
         for (to, response) in self.responses.chunks_exact_mut(STEPS * patches).enumerate() {
             respond(LaneSet::best(), &transports, to as u16, patches, response);
         }
+        self.decays = CommonDecays::of(self);
     }
 
     /// Number of patches.
@@ -133,9 +168,16 @@ impl SceneField {
         &self.responses[to * size..][..size]
     }
 
+    /// What becomes of the energy that each patch radiates, up to its first reflection.
+    pub(crate) fn first_legs(&self) -> &[FirstLegs] {
+        &self.first_legs
+    }
+
     /// Traces the rays of all samples. Returns the sums by class, source and destination.
-    fn trace(&self, scene: &Scene, rays: &mut u64) -> Vec<TransportSum> {
+    fn trace(&mut self, scene: &Scene, rays: &mut u64) -> Vec<TransportSum> {
         let patches = self.patches();
+        self.first_legs.clear();
+        self.first_legs.resize(patches, FirstLegs::default());
         let mut sums = vec![TransportSum::default(); CLASSES * patches * patches];
         let mut of_patch = vec![0u32; patches];
         for sample in &self.samples.all {
@@ -180,6 +222,15 @@ impl SceneField {
                         let leaving = incident[b] * reflected[b];
                         scattered[b] = leaving * scattering[b];
                         share[b] = leaving - scattered[b];
+                    }
+                    if order == 0 {
+                        let legs = &mut self.first_legs[from];
+                        let share = 1.0 / of_patch[from] as f32;
+                        legs.length_m += share * hit.t;
+                        legs.arriving[patch] += share;
+                        for b in 0..BANDS {
+                            legs.kept[b] += incident[b] * reflected[b];
+                        }
                     }
                     let is_last = order + 1 == MAX_ORDER || share.iter().all(|s| *s < floor);
                     if is_last {
