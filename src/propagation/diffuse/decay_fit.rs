@@ -6,16 +6,13 @@
 //! depend on the positions of sources and listener, decays do not: sound that is under way keeps its decay while they move.
 
 use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::diffuse::envelope::DecayColumns;
-use crate::propagation::diffuse::transport::{FirstLegs, STEPS, SceneField};
+use crate::propagation::diffuse::envelope::{DecayColumns, NEPERS_OF_60_DB, STEPS};
+use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
 use crate::propagation::late_group::LATE_GROUPS;
 
 /// Range of reverberation times in seconds: shorter ones are inaudible with the generator's delay lines, longer ones are
 /// numerical accidents.
 const DECAY_RANGE_S: (f32, f32) = (0.1, 30.0);
-
-/// 60 dB in nepers of energy.
-pub(crate) const NEPERS_OF_60_DB: f64 = 6.0 * std::f64::consts::LN_10;
 
 /// Level below the peak to which the slow decay is fitted: 45 dB.
 const SLOW_RANGE: f32 = 3.2e-5;
@@ -36,6 +33,42 @@ const MIN_KEPT: f32 = 1e-3;
 /// Share of the patches that have no faster decay than the fastest group.
 const FAST_QUANTILE: f32 = 0.9;
 
+/// What becomes of the energy that a patch radiates, up to its first reflection.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FirstLegs {
+    /// Mean length in metres, without rays that hit nothing.
+    pub(crate) length_m: f32,
+    /// Share of the rays that arrives at each patch.
+    pub(crate) arriving: [f32; MAX_PATCHES],
+    /// Share of the energy that the first reflection leaves.
+    pub(crate) kept: BandArray,
+}
+
+impl Default for FirstLegs {
+    fn default() -> Self {
+        Self {
+            length_m: 0.0,
+            arriving: [0.0; MAX_PATCHES],
+            kept: [0.0; BANDS],
+        }
+    }
+}
+
+/// What the decays follow from.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PatchDecays<'a> {
+    /// Length of a time step in seconds.
+    pub(crate) step_s: f32,
+    /// Speed of sound in metres per second.
+    pub(crate) speed_m_s: f32,
+    /// Share of the scene's surface of each patch.
+    pub(crate) share: &'a [f32],
+    /// Energy that leaves patch `to` in a time step, for a unit that patch `from` radiates at time 0:
+    /// `[(to × STEPS + step) × patches + from]`.
+    pub(crate) responses: &'a [BandArray],
+    pub(crate) first_legs: &'a [FirstLegs],
+}
+
 /// Decays that the whole scene shares.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct CommonDecays {
@@ -47,7 +80,7 @@ pub(crate) struct CommonDecays {
 
 impl CommonDecays {
     /// From the responses of a field's patches.
-    pub(crate) fn of(field: &SceneField) -> Self {
+    pub(crate) fn of(field: &PatchDecays<'_>) -> Self {
         let rates = rates_of(&total_energy(field), &local_rates(field), field);
         Self {
             times_s: rates
@@ -58,16 +91,14 @@ impl CommonDecays {
 }
 
 /// Energy that leaves all patches in each time step, of energy that the whole scene radiates.
-fn total_energy(field: &SceneField) -> [BandArray; STEPS] {
-    let patches = field.patches();
+fn total_energy(field: &PatchDecays<'_>) -> [BandArray; STEPS] {
+    let patches = field.share.len();
     let mut total = [[0.0; BANDS]; STEPS];
-    for to in 0..patches {
-        let steps = field.response_of(to).chunks_exact(patches);
-        for (total, energies) in total.iter_mut().zip(steps) {
-            for (share, energy) in field.share.iter().zip(energies) {
-                for b in 0..BANDS {
-                    total[b] += share * energy[b];
-                }
+    for (index, energies) in field.responses.chunks_exact(patches).enumerate() {
+        let total = &mut total[index % STEPS];
+        for (share, energy) in field.share.iter().zip(energies) {
+            for b in 0..BANDS {
+                total[b] += share * energy[b];
             }
         }
     }
@@ -76,8 +107,8 @@ fn total_energy(field: &SceneField) -> [BandArray; STEPS] {
 
 /// Decay rate in nepers of energy per second around each patch: Eyring's, for what the patches that it sees lose from one
 /// reflection to the next (\[KUTTRUFF\]).
-fn local_rates(field: &SceneField) -> Vec<BandArray> {
-    let legs = field.first_legs();
+fn local_rates(field: &PatchDecays<'_>) -> Vec<BandArray> {
+    let legs = field.first_legs;
     let around = |from: &FirstLegs| {
         let (mut kept, mut length_m, mut weight) = ([0.0; BANDS], 0.0, 1e-6);
         for (legs, arriving) in legs.iter().zip(from.arriving) {
@@ -98,7 +129,7 @@ fn local_rates(field: &SceneField) -> Vec<BandArray> {
 fn rates_of(
     total: &[BandArray; STEPS],
     local: &[BandArray],
-    field: &SceneField,
+    field: &PatchDecays<'_>,
 ) -> [BandArray; LATE_GROUPS] {
     let per_s = 1.0 / f64::from(field.step_s);
     let range = DECAY_RANGE_S;
@@ -110,7 +141,7 @@ fn rates_of(
     for b in 0..BANDS {
         let slow = slow_slope(total, b).map_or(most, |slope| slope * per_s);
         let slow = slow.clamp(least, most);
-        let fast = quantile(local, &field.share, b, FAST_QUANTILE);
+        let fast = quantile(local, field.share, b, FAST_QUANTILE);
         let ratio = (fast / slow).max(2.0);
         let share = ((ratio.log2() - ONE_DECAY) / (TWO_DECAYS - ONE_DECAY)).clamp(0.0, 1.0);
         let other = SLOWER.powf(1.0 - share) * ratio.powf(0.5 * share);

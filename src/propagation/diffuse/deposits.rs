@@ -6,10 +6,10 @@
 use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::bounce_buffer::Bounce;
-use crate::propagation::diffuse::envelope::ArrivalHistogram;
+use crate::propagation::diffuse::envelope::{ArrivalHistogram, STEPS};
 use crate::propagation::diffuse::listener_field::ListenerField;
 use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
-use crate::propagation::diffuse::transport::{STEPS, SceneField};
+use crate::propagation::diffuse::transport::SceneField;
 use crate::scene::Scene;
 use crate::simd::{LaneSet, kernel};
 

@@ -7,11 +7,15 @@
 
 use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::diffuse::decay_fit::NEPERS_OF_60_DB;
-use crate::propagation::diffuse::transport::STEPS;
 use crate::propagation::late_group::{LATE_GROUPS, LateGroup};
 use crate::propagation::path::{LATE_SEGMENTS, LateEnergy};
 use crate::simd::kernel;
+
+/// Time steps of a response.
+pub(crate) const STEPS: usize = 80;
+
+/// 60 dB in nepers of energy.
+pub(crate) const NEPERS_OF_60_DB: f64 = 6.0 * std::f64::consts::LN_10;
 
 /// Starts of the segments, in mean free times after the straight line's arrival.
 pub const LATE_SEGMENT_STARTS: [f64; LATE_SEGMENTS] = [0.0, 2.0, 5.0, 10.0];

@@ -12,8 +12,9 @@ use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
+use crate::propagation::diffuse::envelope::STEPS;
 use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
-use crate::propagation::diffuse::transport::{STEPS, SceneField};
+use crate::propagation::diffuse::transport::SceneField;
 use crate::propagation::diffuse::visibility_cells::{GROUPS, VisibilityCells};
 use crate::propagation::late_group::{
     LATE_DIRECTION_VECTORS, LATE_DIRECTIONS, LATE_GROUPS, LateGroup,

@@ -10,15 +10,13 @@ use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::propagation::diffuse::decay_fit::CommonDecays;
+use crate::propagation::diffuse::decay_fit::{CommonDecays, FirstLegs, PatchDecays};
+use crate::propagation::diffuse::envelope::STEPS;
 use crate::propagation::diffuse::surface_samples::{
     MAX_PATCHES, SurfaceSamples, facing, probe_ray,
 };
 use crate::scene::Scene;
 use crate::simd::{LaneSet, kernel};
-
-/// Time steps of a response.
-pub(crate) const STEPS: usize = 80;
 
 /// Rays of a sample.
 const RAYS_PER_SAMPLE: usize = 16;
@@ -71,27 +69,6 @@ impl TransportSum {
         for b in 0..BANDS {
             self.leaving[b] += heard[b];
             self.scattered[b] += scattered[b];
-        }
-    }
-}
-
-/// What becomes of the energy that a patch radiates, up to its first reflection.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct FirstLegs {
-    /// Mean length in metres, without rays that hit nothing.
-    pub(crate) length_m: f32,
-    /// Share of the rays that arrives at each patch.
-    pub(crate) arriving: [f32; MAX_PATCHES],
-    /// Share of the energy that the first reflection leaves.
-    pub(crate) kept: BandArray,
-}
-
-impl Default for FirstLegs {
-    fn default() -> Self {
-        Self {
-            length_m: 0.0,
-            arriving: [0.0; MAX_PATCHES],
-            kept: [0.0; BANDS],
         }
     }
 }
@@ -154,7 +131,13 @@ impl SceneField {
         for (to, response) in self.responses.chunks_exact_mut(STEPS * patches).enumerate() {
             respond(LaneSet::best(), &transports, to as u16, patches, response);
         }
-        self.decays = CommonDecays::of(self);
+        self.decays = CommonDecays::of(&PatchDecays {
+            step_s: self.step_s,
+            speed_m_s: self.speed_m_s,
+            share: &self.share,
+            responses: &self.responses,
+            first_legs: &self.first_legs,
+        });
     }
 
     /// Number of patches.
@@ -166,11 +149,6 @@ impl SceneField {
     pub(crate) fn response_of(&self, to: usize) -> &[BandArray] {
         let size = STEPS * self.patches();
         &self.responses[to * size..][..size]
-    }
-
-    /// What becomes of the energy that each patch radiates, up to its first reflection.
-    pub(crate) fn first_legs(&self) -> &[FirstLegs] {
-        &self.first_legs
     }
 
     /// Traces the rays of all samples. Returns the sums by class, source and destination.
