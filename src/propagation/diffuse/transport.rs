@@ -12,9 +12,7 @@ use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::diffuse::decay_fit::{CommonDecays, FirstLegs, PatchDecays};
 use crate::propagation::diffuse::envelope::STEPS;
-use crate::propagation::diffuse::surface_samples::{
-    MAX_PATCHES, SurfaceSamples, facing, probe_ray,
-};
+use crate::propagation::diffuse::surface_samples::{SurfaceSamples, facing, probe_ray};
 use crate::scene::Scene;
 use crate::simd::{LaneSet, kernel};
 
