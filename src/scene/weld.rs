@@ -273,16 +273,37 @@ fn compact(kept: &[([u32; 3], u32)], positions: &[Vec3], names: &[String]) -> Tr
     mesh
 }
 
-/// All triangle edges, sorted: the two vertices as one number, and triangle × 3 + edge.
+/// All triangle edges, sorted: the two vertices as one number, and triangle × 3 + edge. Vertices have indices below some
+/// multiple of the number of triangles.
 pub(super) fn sorted_edges(triangles: &[[u32; 3]]) -> Vec<(u64, u32)> {
-    let mut edges = Vec::with_capacity(3 * triangles.len());
-    for (number, &[a, b, c]) in triangles.iter().enumerate() {
-        for (side, (p, q)) in [(a, b), (b, c), (c, a)].into_iter().enumerate() {
-            let key = u64::from(p.min(q)) << 32 | u64::from(p.max(q));
-            edges.push((key, (3 * number + side) as u32));
-        }
+    let sides = |&[a, b, c]: &[u32; 3]| [(a, b), (b, c), (c, a)].map(|(p, q)| (p.min(q), p.max(q)));
+    // Counted by the lower vertex; few edges have the same.
+    let vertices = triangles
+        .iter()
+        .flatten()
+        .max()
+        .map_or(0, |&v| v as usize + 1);
+    let mut next = vec![0u32; vertices + 1];
+    for (low, _) in triangles.iter().flat_map(sides) {
+        next[low as usize + 1] += 1;
     }
-    edges.sort_unstable();
+    for vertex in 0..vertices {
+        next[vertex + 1] += next[vertex];
+    }
+    let mut edges = vec![(0u64, 0u32); 3 * triangles.len()];
+    for (number, (low, high)) in (0..).zip(triangles.iter().flat_map(sides)) {
+        let slot = &mut next[low as usize];
+        edges[*slot as usize] = (u64::from(low) << 32 | u64::from(high), number);
+        *slot += 1;
+    }
+    let mut rest = edges.as_mut_slice();
+    let mut first = 0;
+    // `next` has moved on to the end of each vertex's edges.
+    for &end in &next[..vertices] {
+        let (own, others) = rest.split_at_mut((end - first) as usize);
+        own.sort_unstable();
+        (rest, first) = (others, end);
+    }
     edges
 }
 

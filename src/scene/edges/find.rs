@@ -56,11 +56,8 @@ pub(super) fn find(
     }
     let mut edges = join(&segments, position);
     edges.retain(|edge| edge.length_m > LEAST_LENGTH_M);
-    edges.sort_by(|a, b| b.length_m.total_cmp(&a.length_m));
-    edges.truncate(MOST_EDGES);
-    let mut edges = flush::cut(edges, vertices, triangles, surfaces);
-    edges.sort_by(|a, b| b.length_m.total_cmp(&a.length_m));
-    edges.truncate(MOST_EDGES);
+    let edges = flush::cut(longest(&edges), vertices, triangles, surfaces);
+    let mut edges = longest(&edges);
     for edge in &mut edges {
         let faces = edge.faces.map(|face| surfaces.surfaces[face as usize].key);
         edge.key = edge_key(
@@ -75,6 +72,20 @@ pub(super) fn find(
     }
     edges.sort_by_key(|edge| edge.key);
     edges
+}
+
+/// The [`MOST_EDGES`] longest edges, longest first; of equal ones the first in the list.
+fn longest(edges: &[Edge]) -> Vec<Edge> {
+    // Bits of positive numbers sort as the numbers do; inverted, the longest comes first.
+    let rank = |(index, edge): (u32, &Edge)| (!edge.length_m.to_bits(), index);
+    let mut order: Vec<(u64, u32)> = (0..).zip(edges).map(rank).collect();
+    if order.len() > MOST_EDGES {
+        order.select_nth_unstable(MOST_EDGES);
+        order.truncate(MOST_EDGES);
+    }
+    order.sort_unstable();
+    let of_index = |(_, index)| edges[index as usize];
+    order.into_iter().map(of_index).collect()
 }
 
 /// One face at an edge.

@@ -32,9 +32,8 @@ const MOST_COMPARED: usize = 1 << 22;
 const MOST_IN_SECTIONS: usize = 1 << 27;
 
 /// A section of an edge along which a half-plane of another face begins.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Contact {
-    edge: u32,
     /// From and to in metres along the edge.
     span_m: [f64; 2],
     /// Angle of the half-plane around the edge.
@@ -45,8 +44,17 @@ struct Contact {
 /// A triangle in the plane of its surface.
 struct Facet {
     corners: [DVec3; 3],
+    /// Unit vectors in the plane across each side, from the corner of the same index, into the triangle.
+    inward: [DVec3; 3],
     normal: DVec3,
     surface: u32,
+}
+
+/// The contacts of all edges, end to end.
+struct Contacts {
+    list: Vec<Contact>,
+    /// End of each edge's contacts.
+    ends: Vec<u32>,
 }
 
 /// The edges, cut where other faces touch them; sections without a remaining exterior wedge are dropped.
@@ -56,42 +64,64 @@ pub(super) fn cut(
     triangles: &[[u32; 3]],
     surfaces: &SurfaceSet,
 ) -> Vec<Edge> {
-    let contacts = contacts(&edges, vertices, triangles, surfaces);
+    let mut contacts = contacts(&edges, vertices, triangles, surfaces);
     let mut result = Vec::with_capacity(edges.len());
     let (mut first, mut left) = (0, MOST_IN_SECTIONS);
-    for (index, edge) in (0..).zip(&edges) {
-        let own = contacts[first..].partition_point(|contact| contact.edge == index);
-        let work = own.saturating_mul(2 * own + 1);
-        match own {
-            0 => result.push(*edge),
-            _ if work > left => result.push(*edge),
-            _ => {
-                left -= work;
-                sections(edge, &contacts[first..first + own], &mut result);
-            }
+    for (edge, &end) in edges.iter().zip(&contacts.ends) {
+        let own = joined(&mut contacts.list[first as usize..end as usize]);
+        let work = own.len().saturating_mul(2 * own.len() + 1);
+        if own.is_empty() || work > left {
+            result.push(*edge);
+        } else {
+            left -= work;
+            sections(edge, own, &mut result);
         }
-        first += own;
+        first = end;
     }
     result
 }
 
-/// All contacts that narrow an edge's exterior wedge, by edge.
+/// Joins overlapping contacts of one edge with the same half-plane: thousands where triangles of a surface overlap.
+fn joined(contacts: &mut [Contact]) -> &[Contact] {
+    contacts.sort_unstable_by(|a, b| {
+        let angles = a.angle.total_cmp(&b.angle);
+        let spans = a.span_m[0].total_cmp(&b.span_m[0]);
+        a.surface.cmp(&b.surface).then(angles).then(spans)
+    });
+    let mut count = 0;
+    for index in 0..contacts.len() {
+        let contact = contacts[index];
+        if let Some(last) = contacts[..count].last_mut()
+            && (last.surface, last.angle) == (contact.surface, contact.angle)
+            && contact.span_m[0] <= last.span_m[1]
+        {
+            last.span_m[1] = last.span_m[1].max(contact.span_m[1]);
+            continue;
+        }
+        contacts[count] = contact;
+        count += 1;
+    }
+    &contacts[..count]
+}
+
+/// All contacts that narrow an edge's exterior wedge.
 fn contacts(
     edges: &[Edge],
     vertices: &[Vec3],
     triangles: &[[u32; 3]],
     surfaces: &SurfaceSet,
-) -> Vec<Contact> {
+) -> Contacts {
     let tree = EdgeTree::build(edges);
-    let mut contacts: Vec<Contact> = Vec::new();
+    let mut found: Vec<(u32, Contact)> = Vec::new();
     let mut compared = 0;
     for (triangle, &surface) in triangles.iter().zip(&surfaces.triangle_surface) {
-        let facet = Facet {
-            corners: triangle.map(|v| vertices[v as usize].as_dvec3()),
-            normal: surfaces.surfaces[surface as usize].normal,
-            surface,
-        };
-        let [a, b, c] = facet.corners;
+        if compared >= MOST_COMPARED {
+            break;
+        }
+        let corners = triangle.map(|v| vertices[v as usize].as_dvec3());
+        let normal = surfaces.surfaces[surface as usize].normal;
+        let facet = Facet::new(corners, normal, surface);
+        let [a, b, c] = corners;
         let low = a.min(b).min(c) - PROBE_M;
         let high = a.max(b).max(c) + PROBE_M;
         tree.walk(|min, max, leaf| {
@@ -101,20 +131,42 @@ fn contacts(
             }
             compared += leaf.len();
             for &index in leaf {
-                facet.touch(index, &edges[index as usize], &mut contacts);
+                facet.touch(index, &edges[index as usize], &mut found);
             }
             true
         });
     }
-    let order = |c: &Contact| (c.edge, c.surface);
-    contacts.sort_by(|a, b| {
-        let spans = a.span_m[0].total_cmp(&b.span_m[0]);
-        order(a).cmp(&order(b)).then(spans)
-    });
-    contacts
+    // Counted by edge; order within an edge is left to `joined`.
+    let mut next = vec![0u32; edges.len() + 1];
+    for (edge, _) in &found {
+        next[*edge as usize + 1] += 1;
+    }
+    for edge in 0..edges.len() {
+        next[edge + 1] += next[edge];
+    }
+    let mut list = vec![Contact::default(); found.len()];
+    for (edge, contact) in found {
+        let slot = &mut next[edge as usize];
+        list[*slot as usize] = contact;
+        *slot += 1;
+    }
+    // Each has moved on to the end of its edge's contacts.
+    next.truncate(edges.len());
+    Contacts { list, ends: next }
 }
 
 impl Facet {
+    fn new(corners: [DVec3; 3], normal: DVec3, surface: u32) -> Self {
+        let [a, b, c] = corners;
+        let turn = (b - a).cross(c - a).dot(normal).signum();
+        Self {
+            corners,
+            inward: [b - a, c - b, a - c].map(|side| normal.cross(side).normalize_or_zero() * turn),
+            normal,
+            surface,
+        }
+    }
+
     /// Whether the plane passes through a box or within [`FLUSH_M`] of it.
     fn plane_meets(&self, min: DVec3, max: DVec3) -> bool {
         let reach_m = (0.5 * (max - min)).dot(self.normal.abs());
@@ -123,57 +175,74 @@ impl Facet {
     }
 
     /// Adds the contacts with an edge, one for each direction in which the triangle continues from it.
-    fn touch(&self, index: u32, edge: &Edge, contacts: &mut Vec<Contact>) {
+    fn touch(&self, index: u32, edge: &Edge, contacts: &mut Vec<(u32, Contact)>) {
+        let mut near = Section::whole(edge);
+        let line = edge.origin - self.corners[0];
+        near.clip(edge, self.normal, line, -FLUSH_M);
+        near.clip(edge, -self.normal, line, -FLUSH_M);
+        if !near.is_contact() {
+            return;
+        }
         let across = self.normal.cross(edge.direction);
         let Some(across) = across.try_normalize() else {
             return;
         };
         for direction in [across, -across] {
-            let (x, y) = (direction.dot(edge.tangent), direction.dot(edge.normal));
-            let angle = y.atan2(x).rem_euclid(2.0 * PI);
-            if angle < SAME_FACE || angle > edge.n * PI - SAME_FACE {
+            // The section of the edge from which the triangle continues in this direction.
+            let mut section = near;
+            let probe = edge.origin + direction * PROBE_M;
+            for (&from, &inward) in self.corners.iter().zip(&self.inward) {
+                section.clip(edge, inward, probe - from, -FLUSH_M);
+            }
+            if !section.is_contact() {
                 continue;
             }
-            if let Some(span_m) = self.span_m(edge, direction) {
-                contacts.push(Contact {
-                    edge: index,
-                    span_m,
+            let (x, y) = (direction.dot(edge.tangent), direction.dot(edge.normal));
+            let angle = y.atan2(x).rem_euclid(2.0 * PI);
+            if angle >= SAME_FACE && angle <= edge.n * PI - SAME_FACE {
+                let contact = Contact {
+                    span_m: section.span_m,
                     angle,
                     surface: self.surface,
-                });
+                };
+                contacts.push((index, contact));
             }
         }
     }
+}
 
-    /// The section of an edge from which the triangle continues in a direction of its plane.
-    fn span_m(&self, edge: &Edge, direction: DVec3) -> Option<[f64; 2]> {
-        let mut span_m = [0.0, edge.length_m];
-        // The part of the section in which a distance from a plane is at least `least_m`.
-        let mut clip = |normal: DVec3, origin: DVec3, least_m: f64| {
-            let (start_m, slope) = (normal.dot(origin), normal.dot(edge.direction));
-            if slope.abs() < 1e-12 {
-                if start_m < least_m {
-                    span_m[1] = f64::NEG_INFINITY;
-                }
-                return;
-            }
-            let at_m = (least_m - start_m) / slope;
-            match slope > 0.0 {
-                true => span_m[0] = span_m[0].max(at_m),
-                false => span_m[1] = span_m[1].min(at_m),
-            }
-        };
-        let [a, b, c] = self.corners;
-        let line = edge.origin - a;
-        clip(self.normal, line, -FLUSH_M);
-        clip(-self.normal, line, -FLUSH_M);
-        let probe = edge.origin + direction * PROBE_M;
-        let turn = (b - a).cross(c - a).dot(self.normal).signum();
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            let inward = self.normal.cross(to - from).normalize_or_zero() * turn;
-            clip(inward, probe - from, -FLUSH_M);
+/// A section of an edge, from and to in metres along it.
+#[derive(Clone, Copy)]
+struct Section {
+    span_m: [f64; 2],
+}
+
+impl Section {
+    fn whole(edge: &Edge) -> Self {
+        Self {
+            span_m: [0.0, edge.length_m],
         }
-        (span_m[1] - span_m[0] > LEAST_CONTACT_M).then_some(span_m)
+    }
+
+    /// Leaves the part in which a distance along `normal` is at least `least_m`; `origin` is the edge's beginning from a
+    /// point at distance 0.
+    fn clip(&mut self, edge: &Edge, normal: DVec3, origin: DVec3, least_m: f64) {
+        let (start_m, slope) = (normal.dot(origin), normal.dot(edge.direction));
+        if slope.abs() < 1e-12 {
+            if start_m < least_m {
+                self.span_m[1] = f64::NEG_INFINITY;
+            }
+            return;
+        }
+        let at_m = (least_m - start_m) / slope;
+        match slope > 0.0 {
+            true => self.span_m[0] = self.span_m[0].max(at_m),
+            false => self.span_m[1] = self.span_m[1].min(at_m),
+        }
+    }
+
+    fn is_contact(&self) -> bool {
+        self.span_m[1] - self.span_m[0] > LEAST_CONTACT_M
     }
 }
 

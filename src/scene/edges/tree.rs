@@ -10,6 +10,9 @@ use super::edge::Edge;
 /// Most edges in a leaf.
 const LEAF: usize = 4;
 
+/// Lists of at most so many edges are sorted, longer ones divided at their median.
+const SORTED: usize = 64;
+
 /// Rounding of path lengths in metres; boxes are exact.
 const SLACK_M: f64 = 1e-9;
 
@@ -66,7 +69,12 @@ impl EdgeTree {
             let axis = (max - min).max_position();
             let middle = (first + end) / 2;
             let centre = |e: &u32| ends(e).iter().map(|p| p[axis]).sum::<f64>();
-            self.order[first..end].sort_by(|a, b| centre(a).total_cmp(&centre(b)).then(a.cmp(b)));
+            let by_centre = |a: &u32, b: &u32| centre(a).total_cmp(&centre(b)).then(a.cmp(b));
+            let own = &mut self.order[first..end];
+            match own.len() > SORTED {
+                true => _ = own.select_nth_unstable_by(middle - first, by_centre),
+                false => own.sort_unstable_by(by_centre),
+            }
             self.split(edges, first, middle);
             self.split(edges, middle, end);
         }
