@@ -126,8 +126,7 @@ fn truncate(
     kl: &[f64; BANDS],
 ) {
     let beyond_m = crossing.beyond_m();
-    let weight =
-        Edge::beyond_weight(beyond_m) * crossing.length_m() / (crossing.length_m() - beyond_m);
+    let weight = crossing.beyond_weight() * crossing.length_m() / (crossing.length_m() - beyond_m);
     for (part, argument) in angles.transition_arguments().into_iter().enumerate() {
         let arguments = kl.map(|kl| kl * argument);
         let Some(shares) = truncation::shares(crossing.excess_m, wavenumbers, arguments) else {

@@ -77,7 +77,7 @@ impl FirstOrderPath {
         let (from, to) = local_positions(scene, endpoints);
         let crossing = scene.edge(edge).crossing(from, to)?;
         let detour_m = (crossing.length_m() - from.distance(to)).max(0.0);
-        let fade = fade_out(detour_m);
+        let fade = fade_out(scene, detour_m);
         (fade > 0.0).then_some(Self {
             edge,
             crossing,
@@ -223,7 +223,7 @@ fn along_faces(
             false => [other, edge],
         };
         let path = TwoEdgePath::over(scene, edges, endpoints)?;
-        let fade = fade_out(path.length_m() - from.distance(to));
+        let fade = fade_out(scene, path.length_m() - from.distance(to));
         path.is_unoccluded(scene, endpoints, rays).then(|| {
             let field = path.field(scene, endpoints).map(|wave| wave * fade);
             (path.length_m(), field)

@@ -51,8 +51,8 @@ use crate::propagation::path::Path;
 use crate::scene::Scene;
 use crate::scene::edges::DiffractingEdges;
 
-/// Longest detour over an edge in metres: 36 wavelengths at 1 kHz, where less than 5 % of the wave is left behind a
-/// screen. Paths fade out over the last quarter of it.
+/// Longest detour over an edge in metres, times [`Scene::length_scale`]: 36 wavelengths at 1 kHz, where less than 5 % of the
+/// wave is left behind a screen. Paths fade out over the last quarter of it.
 pub const MAX_DETOUR_M: f64 = 12.0;
 
 /// Least amplitude of a diffracted path relative to the free field at the straight distance: −40 dB.
@@ -88,7 +88,7 @@ pub fn update(
         false => 0,
     };
     let (from, to) = edge_wave::local_positions(scene, endpoints);
-    let longest_m = from.distance(to) + MAX_DETOUR_M;
+    let longest_m = from.distance(to) + MAX_DETOUR_M * scene.length_scale();
     *near = match diffraction_order {
         0 => DiffractingEdges::default(),
         _ => scene.diffracting_edges(near, from, to, longest_m),
@@ -119,6 +119,7 @@ pub fn update(
 }
 
 /// Amplitude factor of a detour: 1 up to ¾ of [`MAX_DETOUR_M`], then smoothly down to 0.
-fn fade_out(detour_m: f64) -> f64 {
-    smoothstep(4.0 * (1.0 - detour_m / MAX_DETOUR_M))
+fn fade_out(scene: &Scene, detour_m: f64) -> f64 {
+    let most_m = MAX_DETOUR_M * scene.length_scale();
+    smoothstep(4.0 * (1.0 - detour_m / most_m))
 }

@@ -66,7 +66,7 @@ impl EdgeList {
 pub fn shortest(scene: &Scene, endpoints: &Endpoints) -> ShortestPaths {
     let mut shortest = [None; MAX_TESTED];
     let (from, to) = local_positions(scene, endpoints);
-    let most_m = from.distance(to) + MAX_DETOUR_M;
+    let most_m = from.distance(to) + MAX_DETOUR_M * scene.length_scale();
     let parts = [
         scene.first_crossings_of_instances(from, to, most_m),
         scene.first_crossings_of_instances(to, from, most_m),
@@ -112,5 +112,6 @@ fn may_pair(scene: &Scene, first: &EdgeDistance, last: &EdgeDistance, longest_m:
         return false;
     }
     let apart_m = first.edge.distance_m(&last.edge);
-    apart_m < REACH_M && first.near_m + apart_m + last.near_m <= longest_m + SLACK_M
+    apart_m < REACH_M * scene.length_scale()
+        && first.near_m + apart_m + last.near_m <= longest_m + SLACK_M
 }

@@ -30,7 +30,7 @@ pub fn find(
     emit: &mut impl FnMut(Path),
 ) {
     let (from, to) = local_positions(scene, endpoints);
-    let most_m = from.distance(to) + MAX_DETOUR_M;
+    let most_m = from.distance(to) + MAX_DETOUR_M * scene.length_scale();
     let mut shortest: [Option<TwoEdgePath>; MAX_TESTED] = [None; MAX_TESTED];
     for found in near.as_slice() {
         // The path over this edge alone is a lower bound.

@@ -37,7 +37,7 @@ const MIN_SLOPE: f64 = 1e-6;
 /// Distance below which ends of edges are one corner, in metres.
 const CORNER_M: f64 = 1e-6;
 
-/// Shortest leg between two edges in metres.
+/// Shortest leg between two edges in metres; this and the lengths below are multiplied by [`Edge::length_scale`].
 const MIN_LEG_M: f64 = 0.02;
 
 /// Length in metres within which a path over two edges that meet at a corner fades towards the corner.
@@ -94,7 +94,7 @@ impl TwoEdgePath {
         let [first, second] =
             newton([a, b], guess_m, from, to).unwrap_or_else(|| bisect([a, b], from, to));
         let leg_m = first.distance(second);
-        if leg_m < MIN_LEG_M {
+        if leg_m < MIN_LEG_M * a.length_scale {
             return None;
         }
         let mut crossings = [a.crossing(from, second)?, b.crossing(first, to)?];
@@ -132,7 +132,7 @@ impl TwoEdgePath {
             beyond_m = excess_m.into_iter().fold(0.0, |most: f64, m| most.max(-m));
         }
         let length_m = shortest_m + beyond_m;
-        (length_m < from.distance(to) + MAX_DETOUR_M).then_some(Self {
+        (length_m < from.distance(to) + MAX_DETOUR_M * a.length_scale).then_some(Self {
             edges,
             crossings,
             excess_m,
@@ -151,8 +151,9 @@ impl TwoEdgePath {
         let (from, to) = local_positions(scene, endpoints);
         let straight_m = from.distance(to);
         let leg_m = self.crossings[1].before_m;
-        let fade = fade_out(self.length_m - straight_m)
-            * smoothstep(4.0 * (1.0 - leg_m / FACE_REACH_M))
+        let reach_m = FACE_REACH_M * scene.length_scale();
+        let fade = fade_out(scene, self.length_m - straight_m)
+            * smoothstep(4.0 * (1.0 - leg_m / reach_m))
             * self.corner_fade(scene);
         let gains = self.gains(scene, endpoints, fade);
         let spreading = straight_m.max(endpoints.min_distance_m) / self.length_m;
@@ -172,7 +173,10 @@ impl TwoEdgePath {
     fn corner_fade(&self, scene: &Scene) -> f64 {
         let [a, b] = &self.edges.map(|edge| scene.edge(edge));
         match meet_at_corner([a, b]) {
-            true => smoothstep((self.crossings[1].before_m - MIN_LEG_M) / CORNER_LEG_M),
+            true => {
+                let [least_m, whole_m] = [MIN_LEG_M, CORNER_LEG_M].map(|m| m * a.length_scale);
+                smoothstep((self.crossings[1].before_m - least_m) / whole_m)
+            }
             false => 1.0,
         }
     }
@@ -393,15 +397,17 @@ fn bisect(lines: [&Edge; 2], from: DVec3, to: DVec3) -> [DVec3; 2] {
     [first, slope_at(lines, first, from, to).1]
 }
 
-/// Largest width in metres of a face between two edges whose waves arrive as one.
+/// Largest width of a face between two edges whose waves arrive as one, in metres, times [`Edge::length_scale`]: a sixteenth
+/// of the wavelength at 63 Hz, a wavelength at 1 kHz.
 const NARROW_M: f64 = 0.35;
 
 /// Whether two edges are both sides of a narrow face, such as a door's jamb.
 pub(crate) fn bound_narrow_face([a, b]: [&Edge; 2]) -> bool {
     let across = b.origin - a.origin;
     let across = across - across.dot(a.direction) * a.direction;
+    let narrow_m = NARROW_M * a.length_scale;
     let is_near = a.direction.dot(b.direction).abs() > PARALLEL
-        && across.length_squared() < NARROW_M * NARROW_M;
+        && across.length_squared() < narrow_m * narrow_m;
     is_near
         && shared_face([a, b]).is_some_and(|face| {
             let into_face = a.face_tangent(usize::from(a.faces[0] != face));
@@ -411,7 +417,7 @@ pub(crate) fn bound_narrow_face([a, b]: [&Edge; 2]) -> bool {
 
 /// Whether two edges nearly meet at a corner.
 pub(crate) fn meet_at_corner([a, b]: [&Edge; 2]) -> bool {
-    a.direction.dot(b.direction).abs() < PARALLEL && a.distance_m(b) < NARROW_M
+    a.direction.dot(b.direction).abs() < PARALLEL && a.distance_m(b) < NARROW_M * a.length_scale
 }
 
 /// An end that two edges have in common.
@@ -486,6 +492,7 @@ mod tests {
             n: 2.0,
             faces: [0; 2],
             free_ends: [false; 2],
+            length_scale: 1.0,
         }
     }
 

@@ -281,7 +281,10 @@ impl ReflectedEdgePath {
         let crossing = line.crossing(ends[0].image, ends[1].image)?;
         let sight_point = edge_wave::sight_point(line, crossing.apex, line.outward());
         let hits = reflection_points(scene, &ends, sight_point)?;
-        let fade = fade_out(crossing.length_m() - ends[0].image.distance(ends[1].image));
+        let fade = fade_out(
+            scene,
+            crossing.length_m() - ends[0].image.distance(ends[1].image),
+        );
         (fade > 0.0).then_some(Self {
             ends,
             hits,

@@ -77,6 +77,7 @@ pub struct Scene {
     reflectances: Arc<[Reflectance]>,
     transmission_factors: Arc<[BandArray]>,
     speed_of_sound_m_s: f64,
+    length_scale: f64,
     air_np_per_m: BandArray,
     high_air_np_per_m: [f32; HIGH_AIR_HZ.len()],
     acoustic_tolerance_m: f64,
@@ -182,6 +183,7 @@ impl Scene {
             &mesh.surfaces,
             mesh.centre,
             &bvh,
+            length_scale(speed_of_sound_m_s),
         );
         report(0.9)?;
         let finite_panels = FinitePanels::build(
@@ -203,6 +205,7 @@ impl Scene {
                 .map(Material::transmission_factor)
                 .collect(),
             speed_of_sound_m_s,
+            length_scale: length_scale(speed_of_sound_m_s),
             air_np_per_m,
             high_air_np_per_m: settings.medium.high_absorption_np_per_m(),
             acoustic_tolerance_m,
@@ -459,6 +462,13 @@ impl Scene {
         self.speed_of_sound_m_s
     }
 
+    /// Wavelengths in the scene's air relative to those in the default air: lengths that decide how a wave is computed are
+    /// multiplied by it. A diffracted field depends on lengths in wavelengths alone.
+    #[inline]
+    pub(crate) fn length_scale(&self) -> f64 {
+        self.length_scale
+    }
+
     /// Air's amplitude attenuation in Np/m, in each band.
     #[inline]
     pub fn air_np_per_m(&self) -> &BandArray {
@@ -490,4 +500,9 @@ impl Scene {
         let fixed = self.bvh.memory_bytes() + self.mesh.memory_bytes() + self.edges.memory_bytes();
         fixed + self.instances.memory_bytes()
     }
+}
+
+/// [`Scene::length_scale`], exactly 1 in the default air.
+fn length_scale(speed_of_sound_m_s: f64) -> f64 {
+    speed_of_sound_m_s / Medium::default().speed_of_sound_m_s()
 }

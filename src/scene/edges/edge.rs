@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::acoustics::smoothstep;
 
-/// Shortest edge in metres: shorter ones cast no shadow below 1 kHz.
+/// Shortest edge in metres, times [`Edge::length_scale`]: shorter ones cast no shadow below 1 kHz.
 pub const LEAST_LENGTH_M: f64 = 0.3;
 
 /// Least angle in degrees by which the air around an edge exceeds a half-turn.
@@ -21,8 +21,8 @@ const LENGTH_ROUNDING: f64 = 1e-13;
 /// Angles this far outside the exterior wedge count as on the face, in radians: rounding.
 const ON_FACE: f64 = 1e-6;
 
-/// Length in metres by which a path over a free end may exceed the shortest path over the edge's line. There its wave is
-/// 23 dB below that of a long edge at 250 Hz.
+/// Length in metres, times [`Edge::length_scale`], by which a path over a free end may exceed the shortest path over the
+/// edge's line. There its wave is 23 dB below that of a long edge at 250 Hz.
 const MAX_BEYOND_M: f64 = 2.0;
 
 /// A straight edge between two faces, or at the boundary of one. Lengths in metres in the scene's local coordinates.
@@ -47,6 +47,8 @@ pub struct Edge {
     /// Whether its start and its other end are free. An edge that ends at a surface across it, such as a floor, goes on in
     /// that surface's image.
     pub free_ends: [bool; 2],
+    /// Wavelengths in the scene's air relative to those in the default air ([`crate::scene::Scene::length_scale`]).
+    pub length_scale: f64,
 }
 
 /// The crossing of an edge by a diffracted path.
@@ -67,9 +69,16 @@ pub struct EdgeCrossing {
     /// By how much the path over each end of the edge is longer, in metres: negative beyond the end, infinite at an end
     /// that is not free.
     pub excess_m: [f64; 2],
+    /// Largest [`Self::beyond_m`].
+    pub most_beyond_m: f64,
 }
 
 impl EdgeCrossing {
+    /// Weight of a path by how far it lies beyond an end: 1 within, 0 at the limit.
+    pub fn beyond_weight(&self) -> f64 {
+        smoothstep(2.0 * (1.0 - self.beyond_m() / self.most_beyond_m))
+    }
+
     /// Length in metres of the path through [`Self::apex`].
     pub fn length_m(&self) -> f64 {
         self.before_m + self.after_m + self.beyond_m()
@@ -128,7 +137,7 @@ impl Edge {
             false => length_m - least_m2.sqrt(),
         };
         let rank_m = length_m + beyond_m;
-        let is_near = beyond_m < MAX_BEYOND_M && rank_m <= most_m;
+        let is_near = beyond_m < self.most_beyond_m() && rank_m <= most_m;
         (is_near && self.is_outside(from) && self.is_outside(to)).then_some(rank_m)
     }
 
@@ -220,13 +229,13 @@ impl Edge {
             after_m,
             sin_edge: (1.0 - cos_edge * cos_edge).max(0.0).sqrt(),
             excess_m,
+            most_beyond_m: self.most_beyond_m(),
         };
-        (crossing.beyond_m() < MAX_BEYOND_M).then_some(crossing)
+        (crossing.beyond_m() < crossing.most_beyond_m).then_some(crossing)
     }
 
-    /// Weight of a path by how far it lies beyond an end: 1 within, 0 at the limit.
-    pub fn beyond_weight(beyond_m: f64) -> f64 {
-        smoothstep(2.0 * (1.0 - beyond_m / MAX_BEYOND_M))
+    fn most_beyond_m(&self) -> f64 {
+        MAX_BEYOND_M * self.length_scale
     }
 
     /// Closest points of two edges, each in metres from its start.
@@ -309,6 +318,7 @@ mod tests {
             n: 1.5,
             faces: [0, 1],
             free_ends: [false; 2],
+            length_scale: 1.0,
         }
     }
 

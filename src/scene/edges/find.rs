@@ -38,6 +38,7 @@ pub(super) fn find(
     triangles: &[[u32; 3]],
     surfaces: &SurfaceSet,
     centre: DVec3,
+    length_scale: f64,
 ) -> Vec<Edge> {
     let sides = sorted_edges(triangles);
     let shell = room_shell(vertices, triangles);
@@ -55,7 +56,10 @@ pub(super) fn find(
         }
     }
     let mut edges = join(&segments, position);
-    edges.retain(|edge| edge.length_m > LEAST_LENGTH_M);
+    for edge in &mut edges {
+        edge.length_scale = length_scale;
+    }
+    edges.retain(|edge| edge.length_m > LEAST_LENGTH_M * length_scale);
     let edges = flush::cut(longest(&edges), vertices, triangles, surfaces);
     let mut edges = longest(&edges);
     for edge in &mut edges {
@@ -233,5 +237,6 @@ fn edge(segment: &Segment, low: Option<DVec3>, high: Option<DVec3>) -> Edge {
         n: segment.n,
         faces: segment.faces,
         free_ends: [true; 2],
+        length_scale: 1.0,
     }
 }

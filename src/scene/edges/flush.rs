@@ -256,7 +256,8 @@ fn sections(edge: &Edge, contacts: &[Contact], result: &mut Vec<Edge>) {
     ends.sort_by(f64::total_cmp);
     let mut open: Option<([f64; 2], Wedge)> = None;
     let mut close = |section: Option<([f64; 2], Wedge)>| {
-        let section = section.filter(|([from, to], _)| to - from > LEAST_LENGTH_M);
+        let section =
+            section.filter(|([from, to], _)| to - from > LEAST_LENGTH_M * edge.length_scale);
         result.extend(section.map(|(span_m, wedge)| of_wedge(edge, span_m, wedge)));
     };
     for pair in ends.windows(2) {

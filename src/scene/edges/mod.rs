@@ -93,18 +93,20 @@ impl DiffractingEdges {
 }
 
 impl EdgeSet {
-    /// Finds the edges of a mesh with vertices relative to `centre`, and the pairs with a line of sight.
+    /// Finds the edges of a mesh with vertices relative to `centre`, and the pairs with a line of sight. `length_scale` is
+    /// [`Edge::length_scale`].
     pub(super) fn build(
         vertices: &[Vec3],
         triangles: &[[u32; 3]],
         surfaces: &SurfaceSet,
         centre: DVec3,
         bvh: &Bvh,
+        length_scale: f64,
     ) -> Self {
-        let mut edges = find::find(vertices, triangles, surfaces, centre);
+        let mut edges = find::find(vertices, triangles, surfaces, centre, length_scale);
         free_ends::mark(&mut edges, bvh);
         let tree = EdgeTree::build(&edges);
-        let graph = visibility_graph::EdgeVisibilityGraph::build(&edges, &tree, bvh);
+        let graph = visibility_graph::EdgeVisibilityGraph::build(&edges, &tree, bvh, length_scale);
         let mut mirrors: Vec<u32> = (0..surfaces.surfaces.len() as u32)
             .filter(|&s| surfaces.surfaces[s as usize].panel_triangle_count > 0)
             .collect();

@@ -41,17 +41,16 @@ impl EdgeTree {
             nodes: Vec::new(),
             order: (0..edges.len() as u32).collect(),
         };
+        let ends = |edge: &Edge| [edge.origin, edge.at(edge.length_m)];
+        let ends: Vec<[DVec3; 2]> = edges.iter().map(ends).collect();
         if !edges.is_empty() {
-            tree.split(edges, 0, edges.len());
+            tree.split(&ends, 0, edges.len());
         }
         tree
     }
 
-    fn split(&mut self, edges: &[Edge], first: usize, end: usize) {
-        let ends = |e: &u32| {
-            let edge = &edges[*e as usize];
-            [edge.origin, edge.at(edge.length_m)]
-        };
+    fn split(&mut self, edges: &[[DVec3; 2]], first: usize, end: usize) {
+        let ends = |e: &u32| edges[*e as usize];
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for point in self.order[first..end].iter().flat_map(ends) {
             (min, max) = (min.min(point), max.max(point));

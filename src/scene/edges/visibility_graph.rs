@@ -17,7 +17,8 @@ pub const MOST_LISTED: usize = 32;
 /// Distances that differ by less are equal, in metres.
 const SAME_M: f64 = 1e-5;
 
-/// Largest distance in metres of two edges of a second-order path: beyond it the path is inaudible.
+/// Largest distance in metres, times [`Edge::length_scale`], of two edges of a second-order path: beyond it the path is
+/// inaudible.
 pub const REACH_M: f64 = 6.0;
 
 /// The same of two edges of one face: the wave along the face spreads in two dimensions only. Paths fade from three quarters
@@ -48,7 +49,8 @@ pub(crate) struct EdgeVisibilityGraph {
 }
 
 impl EdgeVisibilityGraph {
-    pub(crate) fn build(edges: &[Edge], tree: &EdgeTree, bvh: &Bvh) -> Self {
+    pub(crate) fn build(edges: &[Edge], tree: &EdgeTree, bvh: &Bvh, length_scale: f64) -> Self {
+        let reach_m = REACH_M * length_scale;
         let budget = SearchBudget::new(edges.len(), bvh.crossed_boxes());
         let mut pairs: Vec<(u32, f64, u32)> = Vec::new();
         let by_face = EdgesByFace::build(edges);
@@ -63,7 +65,7 @@ impl EdgeVisibilityGraph {
             tree.walk_nearest(gap_m, |gap_m, leaf| {
                 let bound_m = match near.get(MOST_TESTED - 1) {
                     Some((farthest_m, _)) => *farthest_m + SAME_M,
-                    None => REACH_M,
+                    None => reach_m,
                 };
                 if compared >= budget.compared || gap_m - tree.slack_m() > bound_m {
                     return false;
@@ -76,7 +78,7 @@ impl EdgeVisibilityGraph {
                         |&(m, o): &(f64, u32)| m.total_cmp(&apart_m).then(o.cmp(&other)).is_lt();
                     let rank_index = near.partition_point(rank);
                     if rank_index < MOST_TESTED + MOST_EQUAL
-                        && apart_m < REACH_M
+                        && apart_m < reach_m
                         && outside(edge, &edges[other as usize])
                     {
                         near.truncate(MOST_TESTED + MOST_EQUAL - 1);
@@ -176,6 +178,7 @@ impl EdgesByFace {
     fn far(&self, edges: &[Edge], index: u32, far: &mut Vec<(f64, u32)>) {
         far.clear();
         let edge = &edges[index as usize];
+        let reach_m = [REACH_M, FACE_REACH_M].map(|m| m * edge.length_scale);
         for (number, face) in edge.faces.into_iter().enumerate() {
             if number == 1 && face == edge.faces[0] {
                 continue;
@@ -188,7 +191,7 @@ impl EdgesByFace {
                 let candidate = &edges[other as usize];
                 let (s, t) = edge.closest(candidate);
                 let apart_m = edge.at(s).distance(candidate.at(t));
-                if (REACH_M..FACE_REACH_M).contains(&apart_m) && outside(edge, candidate) {
+                if (reach_m[0]..reach_m[1]).contains(&apart_m) && outside(edge, candidate) {
                     far.push((apart_m, other));
                 }
             }
@@ -337,7 +340,7 @@ mod tests {
             let table = MaterialTable::built_in();
             let scene = Scene::commit(&mesh, &table, &SceneSettings::default()).expect("commits");
             let edges = scene.edges().as_slice();
-            EdgeVisibilityGraph::build(edges, &EdgeTree::build(edges), &bvh);
+            EdgeVisibilityGraph::build(edges, &EdgeTree::build(edges), &bvh, 1.0);
             let boxes = rays.0.load(Ordering::Relaxed) as f64 * bvh.crossed_boxes();
             // Two nanoseconds a box: half a second.
             assert!(

@@ -163,7 +163,8 @@ impl Grids {
                 grid.cover(triangle, |cell| {
                     counts[cell as usize] += 1;
                     total += 1;
-                    whole[cell as usize] |= grid.corners(cell).iter().all(|&p| triangle.spans(p));
+                    let whole = &mut whole[cell as usize];
+                    *whole = *whole || grid.corners(cell).iter().all(|&p| triangle.spans(p));
                 });
             }
             if counts.len() == 1 || total <= MOST_ENTRIES_A_TRIANGLE * members.len() {

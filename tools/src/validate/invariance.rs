@@ -68,9 +68,6 @@ pub(super) fn rows() -> Result<Vec<Row>> {
         let mut random = Random(mix(seed + 1));
         let case = random_case(&mut random);
         let before = all_paths(&case)?;
-        let mut small = case.clone();
-        shrink(&mut small);
-        let small = all_paths(&small)?;
         let unreflected = all_paths(&Case {
             reflects: false,
             ..case.clone()
@@ -80,10 +77,9 @@ pub(super) fn rows() -> Result<Vec<Row>> {
             let mut changed = case.clone();
             change(&mut changed, &mut random);
             let after = all_paths(&changed)?;
-            let before = match (changed.reflects, changed.scale == 1.0) {
-                (true, _) => &before,
-                (false, true) => &unreflected,
-                (false, false) => &small,
+            let before = match changed.reflects {
+                true => &before,
+                false => &unreflected,
             };
             for (before, after) in before.iter().zip(&after) {
                 let (off, lost) = compare(before, after);
@@ -297,15 +293,9 @@ fn translate(case: &mut Case, random: &mut Random) {
 }
 
 fn scale(case: &mut Case, _: &mut Random) {
-    shrink(case);
+    case.reflects = false;
     case.scale = SCALE;
     each_point(case, |point| point * SCALE);
-}
-
-/// Makes a scene smaller: long detours over edges fade by their length in metres.
-fn shrink(case: &mut Case) {
-    case.reflects = false;
-    each_point(case, |point| 0.4 * point);
 }
 
 fn shuffle(case: &mut Case, random: &mut Random) {

@@ -39,6 +39,7 @@ const NO_EDGE: Edge = Edge {
     n: 2.0,
     faces: [NO_GROUP; 2],
     free_ends: [false; 2],
+    length_scale: 1.0,
 };
 
 impl Scene {
