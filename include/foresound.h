@@ -837,7 +837,8 @@ FORESOUND_API ForesoundStatus foresound_progress_read(uint64_t progress, float *
 // thread.
 FORESOUND_API ForesoundStatus foresound_progress_cancel(uint64_t progress);
 
-// Builds a scene from an OBJ file, whose `usemtl` names materials. Else as foresound_scene_from_mesh.
+// Builds a scene from a mesh file: OBJ or PLY, and glTF or GLB if the library is built with its feature `gltf`.
+// The file names materials. Else as foresound_scene_from_mesh.
 FORESOUND_API
 ForesoundStatus foresound_scene_from_file(const char *path,
                                           const char *materials_toml,

@@ -51,8 +51,8 @@
 //!
 //! # Features
 //!
-//! `builtin-hrtf` (default) has the HRTF sets inside the library. `files` (default) reads OBJ and TOML files and writes
-//! WAV files. `play` has sound devices of a desktop. `capi` and `jni` are for the shared library. `testing` shows the
+//! `builtin-hrtf` (default) has the HRTF sets inside the library. `files` (default) reads OBJ, PLY and TOML files and
+//! writes WAV files. `gltf` reads glTF and GLB files. `play` has sound devices of a desktop. `capi` and `jni` are for the shared library. `testing` shows the
 //! modules to this repository's own tests and tools and is not part of the interface.
 #![cfg_attr(
     not(feature = "testing"),
@@ -129,7 +129,7 @@ pub use scene::{
 pub mod mesh {
     pub use crate::scene::IntakeReport;
     #[cfg(feature = "files")]
-    pub use crate::scene::{ObjFile, ObjOptions, UpAxis, load_obj};
+    pub use crate::scene::{MeshFile, MeshOptions, UpAxis, load_mesh};
 }
 
 /// Propagation by itself: paths with amplitudes in eight bands, without sound.

@@ -9,7 +9,7 @@
 use std::path::Path;
 
 use foresound::Error;
-use foresound::scene::{MaterialTable, ObjOptions, SceneLayout, commit_mesh, load_obj};
+use foresound::scene::{MaterialTable, MeshOptions, SceneLayout, commit_mesh, load_mesh};
 use proptest::prelude::*;
 
 /// Error text of a file's content: one line that names the file.
@@ -17,7 +17,7 @@ fn obj_error(content: &[u8]) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bad.obj");
     std::fs::write(&path, content).unwrap();
-    let text = load_obj(&path, &ObjOptions::default())
+    let text = load_mesh(&path, &MeshOptions::default())
         .unwrap_err()
         .to_string();
     assert_eq!(text.lines().count(), 1, "{text}");
@@ -81,7 +81,7 @@ fn broken_obj_files_name_their_line_and_the_remedy() {
         (with("l 1 2"), ": empty mesh"),
         (Vec::new(), ": empty mesh"),
         (
-            b"glTF\x02\0\0\0binary".to_vec(),
+            b"GEOM\x02\0\0\0binary".to_vec(),
             ":1: binary data, not OBJ text; give",
         ),
         (
@@ -103,7 +103,7 @@ fn a_bad_vertex_that_no_face_uses_does_no_harm() {
         "v 0 0 0\nv nan 0 0\nv 1 0 0\nv 1e9 0 0\nv 0 1 0\nf 1 3 5\n",
     )
     .unwrap();
-    let file = load_obj(&path, &ObjOptions::default()).unwrap();
+    let file = load_mesh(&path, &MeshOptions::default()).unwrap();
     assert_eq!(
         commit_mesh(&file.mesh, &MaterialTable::built_in(), 0.0)
             .unwrap()
@@ -119,7 +119,7 @@ fn paths_that_are_no_files_are_named() {
     for path in [folder.path().to_owned(), folder.path().join("none.obj")] {
         let name = path.display().to_string();
         for error in [
-            load_obj(&path, &ObjOptions::default()).unwrap_err(),
+            load_mesh(&path, &MeshOptions::default()).unwrap_err(),
             MaterialTable::load(&path).unwrap_err(),
             SceneLayout::load(&path).unwrap_err(),
         ] {
@@ -176,7 +176,7 @@ proptest! {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("any.obj");
         std::fs::write(&path, bytes).unwrap();
-        match load_obj(&path, &ObjOptions::default()) {
+        match load_mesh(&path, &MeshOptions::default()) {
             Ok(file) => {
                 prop_assert!(!file.mesh.triangles.is_empty());
                 prop_assert!(file.mesh.check_indices().is_ok());

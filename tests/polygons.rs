@@ -7,7 +7,7 @@
 
 use std::fmt::Write;
 
-use foresound::scene::{ObjOptions, load_obj};
+use foresound::scene::{MeshOptions, load_mesh};
 use glam::{DMat3, DVec2, DVec3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -32,7 +32,7 @@ fn triangles(faces: &[Vec<Point>], rotation: DMat3) -> (Vec<Vec<[DVec2; 3]>>, Ve
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("face.obj");
     std::fs::write(&path, text).unwrap();
-    let file = load_obj(&path, &ObjOptions::default()).unwrap();
+    let file = load_mesh(&path, &MeshOptions::default()).unwrap();
     let plane = |i: u32| {
         let p = rotation.transpose() * file.mesh.vertices[i as usize].as_dvec3();
         assert!((p.z - 3.0).abs() < 1e-4);

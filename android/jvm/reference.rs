@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use foresound::glam::{Quat, Vec3};
-use foresound::mesh::{ObjOptions, load_obj};
+use foresound::mesh::{MeshOptions, load_mesh};
 use foresound::paths::{PathSet, Propagator};
 use foresound::{
     AffinityPolicy, Engine, EngineSchedule, EngineSettings, FrameTime, InstanceId, InstancePose,
@@ -32,7 +32,7 @@ fn signal() -> Vec<f32> {
 }
 
 fn load(path: &Path) -> Result<Arc<Scene>> {
-    let file = load_obj(path, &ObjOptions::default())?;
+    let file = load_mesh(path, &MeshOptions::default())?;
     let table = MaterialTable::built_in();
     Scene::commit(&file.mesh, &table, &SceneSettings::default()).map(Arc::new)
 }

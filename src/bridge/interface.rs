@@ -140,7 +140,8 @@ macro_rules! shared_functions {
             /// thread.
             safe fn foresound_progress_cancel(progress: Handle) { progress::cancel(progress) }
 
-            /// Builds a scene from an OBJ file, whose `usemtl` names materials. Else as foresound_scene_from_mesh.
+            /// Builds a scene from a mesh file: OBJ or PLY, and glTF or GLB if the library is built with its feature `gltf`.
+            /// The file names materials. Else as foresound_scene_from_mesh.
             unsafe fn foresound_scene_from_file(
                 path: Text, materials_toml: OptionalText, options: In<SceneOptions>, progress: Handle
             ) -> scene: Handle {

@@ -10,8 +10,8 @@ use super::error::CallError;
 use super::handles::{HandleTable, Kind};
 use super::progress::observer;
 use super::record::record;
-use crate::scene::io::obj::{self, ObjOptions, load_obj};
-use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
+use crate::scene::io::mesh_file;
+use crate::scene::{MaterialTable, MeshOptions, Scene, SceneSettings, TriangleMesh, load_mesh};
 
 /// Scenes.
 pub static SCENES: HandleTable<Arc<Scene>> = HandleTable::new(Kind::Scene);
@@ -48,7 +48,7 @@ impl Default for SceneOptions {
         Self {
             size: size_of::<Self>() as u32,
             up: UpAxis::Y,
-            scale: ObjOptions::default().scale,
+            scale: MeshOptions::default().scale,
             temperature_c: medium.temperature_c as f32,
             humidity_percent: medium.humidity_percent as f32,
             pressure_kpa: medium.pressure_kpa as f32,
@@ -81,16 +81,16 @@ impl SceneOptions {
         settings
     }
 
-    fn obj(&self) -> Result<ObjOptions, CallError> {
+    fn mesh(&self) -> Result<MeshOptions, CallError> {
         let up = match self.up {
-            UpAxis::Y => obj::UpAxis::Y,
-            UpAxis::Z => obj::UpAxis::Z,
+            UpAxis::Y => mesh_file::UpAxis::Y,
+            UpAxis::Z => mesh_file::UpAxis::Z,
             UpAxis(other) => {
                 let text = format!("up: {other} is not 0 (+y) or 1 (+z)");
                 return Err(CallError::bad(text));
             }
         };
-        let mut options = ObjOptions::default().with_scale(self.scale).with_up(up);
+        let mut options = MeshOptions::default().with_scale(self.scale).with_up(up);
         options.most_triangles = self.max_triangles as usize;
         Ok(options)
     }
@@ -118,9 +118,10 @@ record! {
     }
 }
 
-/// The built-in materials, overridden by those of a TOML text.
-fn materials(text: Option<&str>) -> Result<MaterialTable, CallError> {
+/// The built-in materials, overridden by those of a mesh file, and those by a TOML text.
+fn materials(of_file: MaterialTable, text: Option<&str>) -> Result<MaterialTable, CallError> {
     let mut table = MaterialTable::built_in();
+    table.extend(of_file);
     if let Some(text) = text {
         table.extend(MaterialTable::parse(Path::new("materials"), text)?);
     }
@@ -139,23 +140,39 @@ pub fn from_mesh(
     options: &SceneOptions,
     progress: u64,
 ) -> Result<u64, CallError> {
+    let table = materials(MaterialTable::default(), text)?;
+    commit(mesh, &table, options, progress)
+}
+
+fn commit(
+    mesh: &TriangleMesh,
+    table: &MaterialTable,
+    options: &SceneOptions,
+    progress: u64,
+) -> Result<u64, CallError> {
     let observe = &mut observer(progress)?;
-    let scene = Scene::commit_observed(mesh, &materials(text)?, &options.settings(), observe)?;
+    let scene = Scene::commit_observed(mesh, table, &options.settings(), observe)?;
     SCENES.insert(Arc::new(scene))
 }
 
-/// Builds a scene from an OBJ file. `materials` is the text of a materials file (TOML).
+/// Builds a scene from a mesh file: OBJ, PLY, and with the feature `gltf` glTF and GLB. `text` is the text of a materials
+/// file (TOML).
 ///
 /// # Errors
 /// `Status::File` for an unreadable file; those of [`from_mesh`].
 pub fn from_file(
     path: &str,
-    materials: Option<&str>,
+    text: Option<&str>,
     options: &SceneOptions,
     progress: u64,
 ) -> Result<u64, CallError> {
-    let file = load_obj(Path::new(path), &options.obj()?)?;
-    from_mesh(&file.mesh, materials, options, progress)
+    let file = load_mesh(Path::new(path), &options.mesh()?)?;
+    commit(
+        &file.mesh,
+        &materials(file.materials, text)?,
+        options,
+        progress,
+    )
 }
 
 /// Properties of a scene.

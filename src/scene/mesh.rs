@@ -1,6 +1,6 @@
 //! A triangle mesh before any check.
 
-use glam::Vec3;
+use glam::{DAffine3, Vec3};
 
 use crate::error::{Error, Result};
 
@@ -80,6 +80,61 @@ impl TriangleMesh {
         };
         mesh.check_indices()?;
         Ok(mesh)
+    }
+
+    /// Adds another mesh at a position of its own, turned, scaled or sheared: a prefab, a part of a level. Materials of one
+    /// name are one. A mirrored part keeps its outside.
+    ///
+    /// # Errors
+    /// As [`Self::check_indices`] of the part.
+    ///
+    /// # Examples
+    /// ```
+    /// use foresound::glam::{DAffine3, DVec3};
+    /// use foresound::shoebox;
+    ///
+    /// let mut house = shoebox([8.0, 3.0, 5.0], "plaster");
+    /// let half_size = DAffine3::from_translation(DVec3::new(20.0, 0.0, 0.0)) * DAffine3::from_scale(DVec3::splat(0.5));
+    /// house.append(&shoebox([8.0, 3.0, 5.0], "concrete"), &half_size)?;
+    /// assert_eq!(house.material_names, ["plaster", "concrete"]);
+    /// # Ok::<(), foresound::Error>(())
+    /// ```
+    pub fn append(&mut self, part: &Self, placement: &DAffine3) -> Result<()> {
+        part.check_indices()?;
+        let base = self.vertices.len() as u32;
+        // Adding zero turns −0 into 0, which some ray tests mistake for a miss.
+        let placed = |v: &Vec3| placement.transform_point3(v.as_dvec3()).as_vec3() + Vec3::ZERO;
+        self.vertices.extend(part.vertices.iter().map(placed));
+        let is_mirrored = placement.matrix3.determinant() < 0.0;
+        self.triangles.extend(part.triangles.iter().map(|triangle| {
+            let [a, b, c] = triangle.map(|corner| base + corner);
+            if is_mirrored { [a, c, b] } else { [a, b, c] }
+        }));
+        let names = part.material_names.iter();
+        let materials: Vec<u32> = names.map(|name| self.material(name)).collect();
+        let of_part = part.triangle_materials.iter();
+        self.triangle_materials
+            .extend(of_part.map(|&m| materials[m as usize]));
+        Ok(())
+    }
+
+    /// Drops the names that no triangle has; the others keep their order.
+    pub(crate) fn drop_unused_materials(&mut self) {
+        let mut is_used = vec![false; self.material_names.len()];
+        for &material in &self.triangle_materials {
+            is_used[material as usize] = true;
+        }
+        let mut index_of = Vec::new();
+        let mut count = 0;
+        for &is_used in &is_used {
+            index_of.push(count);
+            count += u32::from(is_used);
+        }
+        let mut flags = is_used.iter();
+        self.material_names.retain(|_| flags.next() == Some(&true));
+        for material in &mut self.triangle_materials {
+            *material = index_of[*material as usize];
+        }
     }
 
     /// Checks that all indices are in range.

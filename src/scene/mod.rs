@@ -27,7 +27,9 @@ pub use directivity::{Directivity, DirectivityTable};
 pub use edges::{Edge, EdgeSet};
 pub use instances::{InstanceId, InstancePose};
 #[cfg(feature = "files")]
-pub use io::obj::{ObjFile, ObjOptions, UpAxis, load_obj};
+pub use io::formats::load_mesh;
+#[cfg(feature = "files")]
+pub use io::mesh_file::{MeshFile, MeshOptions, UpAxis};
 pub use layout::{NamedSource, SceneLayout, Walk};
 pub use materials::MaterialTable;
 pub use mesh::TriangleMesh;

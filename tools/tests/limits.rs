@@ -12,7 +12,7 @@ use foresound::extrapolation::PredictorKind;
 use foresound::runtime::{AffinityPolicy, Engine, EngineSettings};
 use foresound::scene::mesh::MOST_TRIANGLES;
 use foresound::scene::{
-    ListenerPose, MaterialTable, ObjOptions, Scene, SceneSettings, load_obj, procedural,
+    ListenerPose, MaterialTable, MeshOptions, Scene, SceneSettings, load_mesh, procedural,
 };
 use foresound_tools::clip::{MOST_SAMPLES, load_clip, load_clip_within};
 use foresound_tools::listener_path::{LARGEST_FILE, ListenerPath};
@@ -82,13 +82,13 @@ fn a_mesh_file_beyond_the_limit_is_refused_in_little_memory() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("large.obj");
     write_obj(&path, 100_000);
-    let options = ObjOptions::default().with_most_triangles(5000);
-    let (result, bytes) = peak_bytes_of(|| load_obj(&path, &options));
+    let options = MeshOptions::default().with_most_triangles(5000);
+    let (result, bytes) = peak_bytes_of(|| load_mesh(&path, &options));
     refused(result, "more than 5000 triangles");
     assert!(bytes < 5000 * 200 + (1 << 20), "{bytes} bytes");
     // Below the limit it is read, within the bytes a triangle that the setting states.
-    let options = ObjOptions::default().with_most_triangles(100_000);
-    let (result, bytes) = peak_bytes_of(|| load_obj(&path, &options));
+    let options = MeshOptions::default().with_most_triangles(100_000);
+    let (result, bytes) = peak_bytes_of(|| load_mesh(&path, &options));
     let mesh = result.expect("is read").mesh;
     assert_eq!(mesh.triangles.len(), 100_000);
     assert!(bytes < 100_000 * 200 + (1 << 20), "{bytes} bytes");
@@ -102,8 +102,8 @@ fn a_mesh_file_beyond_the_limit_is_refused_in_little_memory() {
         }
         let path = folder.path().join("many.obj");
         std::fs::write(&path, text).expect("written");
-        let options = ObjOptions::default().with_most_triangles(50);
-        refused(load_obj(&path, &options), words);
+        let options = MeshOptions::default().with_most_triangles(50);
+        refused(load_mesh(&path, &options), words);
     }
 }
 
@@ -121,7 +121,7 @@ fn more_triangles_than_the_default_are_refused() {
         file.write_all(face.as_bytes()).expect("written");
     }
     drop(file);
-    let (result, bytes) = peak_bytes_of(|| load_obj(&path, &ObjOptions::default()));
+    let (result, bytes) = peak_bytes_of(|| load_mesh(&path, &MeshOptions::default()));
     refused(result, &format!("more than {MOST_TRIANGLES} triangles"));
     assert!(bytes < MOST_TRIANGLES * 200, "{bytes} bytes");
 }
@@ -241,7 +241,7 @@ fn endless_files_are_refused() {
     let (result, bytes) = peak_bytes_of(|| MaterialTable::load(endless).map(drop));
     refused(result, "16 MiB");
     assert!(bytes <= 3 << 24, "{bytes} bytes");
-    let (result, bytes) = peak_bytes_of(|| load_obj(endless, &ObjOptions::default()).map(drop));
+    let (result, bytes) = peak_bytes_of(|| load_mesh(endless, &MeshOptions::default()).map(drop));
     refused(result, "binary");
     assert!(bytes <= 4 << 20, "{bytes} bytes");
     refused(load_clip(endless, 44_100).map(drop), "no WAV");

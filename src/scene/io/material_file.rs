@@ -9,7 +9,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::toml_file::{PerBand, TomlFile, read_text};
-use crate::acoustics::bands::BANDS;
+use crate::acoustics::bands::{BANDS, BandArray};
 use crate::acoustics::material::Material;
 use crate::error::Result;
 use crate::scene::materials::{
@@ -70,49 +70,77 @@ pub(super) fn read_materials(file: &TomlFile, materials: Materials) -> Result<Ma
 }
 
 fn read_entry(file: &TomlFile, name: String, fields: MaterialFields) -> Result<MaterialEntry> {
-    let absorption = fields.absorption.0;
-    let energy = fields
-        .transmission
-        .map(|value| (value.span(), value.into_inner().0));
-    let loss = fields.transmission_loss_db.map(|value| {
-        let levels = value.get_ref().0;
-        (value.span(), levels.map(transmission_of_loss))
-    });
-    if let (Some((span, _)), Some(_)) = (&energy, &loss) {
-        return Err(file.error(
-            span.clone(),
-            format!("material `{name}` has both `transmission` and `transmission_loss_db`"),
-            "keep one of them",
-        ));
-    }
-    let mut transmission = [DEFAULT_TRANSMISSION; BANDS];
-    if let Some((span, ratios)) = energy.or(loss) {
-        let excess = (0..BANDS).find(|&b| ratios[b] > absorption[b] + TRANSMISSION_SLACK);
-        if let Some(b) = excess {
-            return Err(file.error(
-                span,
-                format!(
-                    "material `{name}` transmits {:.3} but absorbs {} in band {} of 8",
-                    ratios[b],
-                    absorption[b],
-                    b + 1
-                ),
-                "raise absorption (it counts what passes through) or lower transmission",
-            ));
-        }
-        transmission = std::array::from_fn(|b| ratios[b].min(absorption[b]));
-    }
+    let energy = fields.transmission.as_ref().map(|value| value.get_ref().0);
+    let loss = fields
+        .transmission_loss_db
+        .as_ref()
+        .map(|value| value.get_ref().0);
+    let span = fields.transmission.as_ref().map(Spanned::span);
+    let span = span.or_else(|| fields.transmission_loss_db.as_ref().map(Spanned::span));
+    let figures = Figures {
+        absorption: fields.absorption.0,
+        scattering: fields.scattering.map(|s| s.0),
+        transmission: energy,
+        transmission_loss_db: loss,
+    };
+    let material = figures
+        .material(name)
+        .map_err(|(problem, advice)| file.error(span.unwrap_or_default(), problem, advice))?;
     Ok(MaterialEntry {
-        material: Material {
-            name,
-            absorption,
-            scattering: fields
-                .scattering
-                .map_or([DEFAULT_SCATTERING; BANDS], |s| s.0),
-            transmission,
-        },
+        material,
         source: fields.source,
     })
+}
+
+/// A material's figures as a file states them, whatever its format.
+pub(super) struct Figures {
+    pub(super) absorption: BandArray,
+    pub(super) scattering: Option<BandArray>,
+    /// Energy ratio.
+    pub(super) transmission: Option<BandArray>,
+    pub(super) transmission_loss_db: Option<BandArray>,
+}
+
+impl Figures {
+    /// The material, or what is wrong with its transmission and what to do.
+    pub(super) fn material(
+        self,
+        name: String,
+    ) -> std::result::Result<Material, (String, &'static str)> {
+        let absorption = self.absorption;
+        let loss = self.transmission_loss_db;
+        if self.transmission.is_some() && loss.is_some() {
+            return Err((
+                format!("material `{name}` has both `transmission` and `transmission_loss_db`"),
+                "keep one of them",
+            ));
+        }
+        let mut transmission = [DEFAULT_TRANSMISSION; BANDS];
+        if let Some(ratios) = self
+            .transmission
+            .or(loss.map(|l| l.map(transmission_of_loss)))
+        {
+            let excess = (0..BANDS).find(|&b| ratios[b] > absorption[b] + TRANSMISSION_SLACK);
+            if let Some(b) = excess {
+                return Err((
+                    format!(
+                        "material `{name}` transmits {:.3} but absorbs {} in band {} of 8",
+                        ratios[b],
+                        absorption[b],
+                        b + 1
+                    ),
+                    "raise absorption (it counts what passes through) or lower transmission",
+                ));
+            }
+            transmission = std::array::from_fn(|b| ratios[b].min(absorption[b]));
+        }
+        Ok(Material {
+            name,
+            absorption,
+            scattering: self.scattering.unwrap_or([DEFAULT_SCATTERING; BANDS]),
+            transmission,
+        })
+    }
 }
 
 #[cfg(test)]

@@ -1,10 +1,16 @@
-//! Reads scenes from files: meshes from OBJ, materials and layouts from TOML.
+//! Reads scenes from files: meshes from OBJ, PLY, glTF and GLB, materials and layouts from TOML.
 //!
-//! Control side; behind the feature `files`.
+//! Control side; behind the feature `files`, glTF behind `gltf`.
 
+pub mod formats;
+#[cfg(feature = "gltf")]
+mod gltf;
 mod layout_file;
 mod material_file;
-pub mod obj;
+pub mod mesh_file;
+mod obj;
+mod ply;
+mod polygon;
 mod toml_file;
 
 use std::fs::File;
@@ -21,4 +27,13 @@ fn open(path: &Path, advice: &str) -> Result<File> {
         Ok(_) => Ok(file),
         Err(reason) => Err(error(&reason)),
     }
+}
+
+/// The error of a mesh file that cannot be read to its end.
+fn unreadable(path: &Path) -> Error {
+    Error::file(
+        path,
+        "the file cannot be read to its end",
+        "check the disk and the file's permissions",
+    )
 }

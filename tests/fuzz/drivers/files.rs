@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use foresound::Error;
-use foresound::scene::{MaterialTable, ObjOptions, SceneLayout, UpAxis, load_obj};
+use foresound::scene::{MaterialTable, MeshOptions, SceneLayout, UpAxis, load_mesh};
 use foresound_tools::clip::{load_clip_within, load_recording};
 use foresound_tools::listener_path::ListenerPath;
 
@@ -47,13 +47,18 @@ pub(crate) fn obj(data: &[u8]) {
         None => (rest, &b""[..]),
     };
     written("m.mtl", library);
-    let options = ObjOptions::default()
-        .with_scale([1.0, 0.01, 1e-30, 1e30][usize::from(first) % 4])
-        .with_up([UpAxis::Y, UpAxis::Z][usize::from(first / 4) % 2])
+    mesh(first, text);
+}
+
+/// A mesh file of any format, read with options by a byte.
+fn mesh(options: u8, data: &[u8]) {
+    let options = MeshOptions::default()
+        .with_scale([1.0, 0.01, 1e-30, 1e30][usize::from(options) % 4])
+        .with_up([UpAxis::Y, UpAxis::Z][usize::from(options / 4) % 2])
         .with_most_triangles(1000);
-    match load_obj(&written("m.obj", text), &options) {
-        Ok(object) => {
-            let mesh = object.mesh;
+    match load_mesh(&written("m.mesh", data), &options) {
+        Ok(file) => {
+            let mesh = file.mesh;
             mesh.check_indices()
                 .expect("indices of a file that was read");
             assert!((1..=1000).contains(&mesh.triangles.len()));
@@ -61,10 +66,16 @@ pub(crate) fn obj(data: &[u8]) {
                 assert!(mesh.vertices[*corner as usize].is_finite());
             }
             let lines = |text: &String| text.lines().count() == 1;
-            assert!(object.warnings.iter().all(lines));
+            assert!(file.warnings.iter().all(lines));
+            good_materials(&file.materials);
         }
         Err(error) => check_text(&error),
     }
+}
+
+/// A PLY, glTF or GLB file, told by its content.
+pub(crate) fn mesh_file(data: &[u8]) {
+    mesh(0, data);
 }
 
 fn good_materials(table: &MaterialTable) {

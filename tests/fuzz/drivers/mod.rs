@@ -11,7 +11,7 @@ pub(crate) mod meshes;
 pub(crate) type Target = (&'static str, fn(&[u8]));
 
 /// All of them.
-pub(crate) const TARGETS: [Target; 8] = [
+pub(crate) const TARGETS: [Target; 10] = [
     ("obj", files::obj),
     ("materials", files::materials),
     ("layout", files::layout),
@@ -20,4 +20,6 @@ pub(crate) const TARGETS: [Target; 8] = [
     ("c_calls", c_calls::c_calls),
     ("commit", meshes::commit),
     ("matching", matching::matching),
+    ("ply", files::mesh_file),
+    ("gltf", files::mesh_file),
 ];

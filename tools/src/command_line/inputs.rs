@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use foresound::extrapolation::PredictorKind;
-use foresound::scene::io::obj::{ObjOptions, UpAxis, load_obj};
 use foresound::scene::layout::{SceneLayout, Walk};
-use foresound::scene::{MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural};
+use foresound::scene::{
+    MaterialTable, MeshOptions, Scene, SceneSettings, SourceId, SourcePose, UpAxis, load_mesh,
+    procedural,
+};
 use foresound::{Error, Result};
 use foresound_tools::clip::{Clip, load_clip};
 use foresound_tools::listener_path::parse_position;
@@ -64,10 +66,10 @@ pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<Loa
             ));
         }
     };
-    let options = ObjOptions::default()
+    let options = MeshOptions::default()
         .with_scale(arguments.scale.unwrap_or(1.0))
         .with_up(up);
-    let object = load_obj(&file, &options)?;
+    let object = load_mesh(&file, &options)?;
     if object.mesh.triangles.len() == 1 {
         let advice = "export the whole model, with its faces";
         return Err(Error::format(
@@ -79,6 +81,7 @@ pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<Loa
     }
     let mut notes = object.warnings;
     let mut table = MaterialTable::built_in();
+    table.extend(object.materials);
     let beside = file.with_extension("toml");
     let layout = if beside.is_file() {
         let layout = SceneLayout::load(&beside)?;

@@ -12,7 +12,7 @@ use crate::surfaces_file;
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// OBJ file, or the name of a benchmark scene.
+    /// OBJ, PLY, glTF or GLB file, or the name of a benchmark scene.
     file: PathBuf,
     #[command(flatten)]
     scene: SceneArguments,

@@ -33,7 +33,7 @@ const METER_FRAMES: u64 = 12;
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Scene: a benchmark scene's name or an OBJ file with a layout beside it.
+    /// Scene: a benchmark scene's name or a mesh file with a layout beside it.
     #[arg(long, default_value = "concert_hall")]
     scene: PathBuf,
     /// Speaking sources, 1 to 256; more than sixteen share slots.

@@ -23,7 +23,7 @@ const TAIL_S: f64 = 1.5;
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// OBJ file, or the name of a benchmark scene.
+    /// OBJ, PLY, glTF or GLB file, or the name of a benchmark scene.
     #[arg(long, value_name = "FILE")]
     scene: PathBuf,
     #[command(flatten)]
@@ -44,7 +44,7 @@ pub(crate) struct Arguments {
     /// one time are a jump.
     #[arg(long, value_name = "PATH.csv|x,y,z", allow_hyphen_values = true)]
     listener: String,
-    /// A moving part: an OBJ file in its own coordinates, and the path of its origin as for the listener; may be given
+    /// A moving part: a mesh file in its own coordinates, and the path of its origin as for the listener; may be given
     /// many times.
     #[arg(
         long = "part",

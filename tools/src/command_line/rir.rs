@@ -27,7 +27,7 @@ const GRAPHICS_RATE_HZ: f64 = 10.0;
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// OBJ file, or the name of a benchmark scene.
+    /// OBJ, PLY, glTF or GLB file, or the name of a benchmark scene.
     #[arg(long, value_name = "FILE|NAME")]
     scene: PathBuf,
     #[command(flatten)]

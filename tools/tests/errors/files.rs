@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use foresound::output::{WavSink, WholeFile};
 use foresound::scene::procedural::{self, write_files};
-use foresound::scene::{MaterialTable, ObjOptions, load_obj};
+use foresound::scene::{MaterialTable, MeshOptions, load_mesh};
 use foresound_tools::clip::{load_clip, load_clip_within, load_recording};
 use foresound_tools::listener_path::ListenerPath;
 
@@ -19,9 +19,9 @@ pub(crate) fn make(errors: &mut Errors) {
 }
 
 fn read(errors: &mut Errors, folder: &Path) {
-    let options = ObjOptions::default();
-    errors.of("no mesh", load_obj(Path::new("gone.obj"), &options));
-    errors.of("a folder", load_obj(folder, &options));
+    let options = MeshOptions::default();
+    errors.of("no mesh", load_mesh(Path::new("gone.obj"), &options));
+    errors.of("a folder", load_mesh(folder, &options));
     errors.of("no materials", MaterialTable::load(Path::new("gone.toml")));
     errors.of("a folder", MaterialTable::load(folder));
     errors.of("no walk", ListenerPath::parse("gone.csv"));
@@ -31,7 +31,7 @@ fn read(errors: &mut Errors, folder: &Path) {
     errors.of("endless materials", MaterialTable::load(endless));
     errors.of("an endless walk", ListenerPath::parse("/dev/zero"));
     // The start of a process' memory is not mapped: its file opens and cannot be read.
-    let unreadable = load_obj(Path::new("/proc/self/mem"), &options);
+    let unreadable = load_mesh(Path::new("/proc/self/mem"), &options);
     errors.of("an unreadable file", unreadable);
 }
 

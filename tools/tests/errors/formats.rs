@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use foresound::acoustics::BANDS;
-use foresound::scene::{DirectivityTable, MaterialTable, ObjOptions, SceneLayout, load_obj};
+use foresound::scene::{DirectivityTable, MaterialTable, MeshOptions, SceneLayout, load_mesh};
 use foresound_tools::listener_path::ListenerPath;
 
 use crate::Errors;
@@ -40,11 +40,96 @@ fn meshes(errors: &mut Errors) {
         SQUARE,
     ] {
         std::fs::write(&path, text).expect("written");
-        let options = ObjOptions::default().with_most_triangles(30);
-        errors.of(&text[..text.len().min(200)], load_obj(&path, &options));
+        let options = MeshOptions::default().with_most_triangles(30);
+        errors.of(&text[..text.len().min(200)], load_mesh(&path, &options));
     }
-    let options = ObjOptions::default().with_scale(0.0);
-    errors.of("a scale of zero", load_obj(&path, &options));
+    other_meshes(errors);
+    let options = MeshOptions::default().with_scale(0.0);
+    errors.of("a scale of zero", load_mesh(&path, &options));
+}
+
+/// PLY, glTF and formats that are not read.
+fn other_meshes(errors: &mut Errors) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a");
+    let ply = |rest: &str| format!("ply\nformat ascii 1.0\n{rest}");
+    let square = |rest: &str| {
+        let xyz = "property float x\nproperty float y\nproperty float z\n";
+        let faces = "element face 1\nproperty list uchar int vertex_index\nend_header\n";
+        ply(&format!(
+            "element vertex 3\n{xyz}{faces}0 0 0\n1 0 0\n0 0 1\n{rest}"
+        ))
+    };
+    let gltf = |rest: &str| format!("{{\"asset\":{{\"version\":\"2.0\"}},{rest}}}");
+    let node = r#""nodes":[{"mesh":0,"name":"n","extras":{EXTRAS}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],"bufferViews":[{"buffer":0,"byteLength":36}]"#;
+    let plain = node.replace("EXTRAS", "");
+    let with = |old: &str, new: &str| gltf(&plain.replace(old, new));
+    let buffer = |uri: &str| gltf(&format!("{plain},\"buffers\":[{{{uri}\"byteLength\":36}}]"));
+    let extras = |extras: &str| {
+        let node = node.replace("\"bufferView\":0,", "");
+        gltf(&node.replace("EXTRAS", extras))
+    };
+    let two = r#""nodes":[{"mesh":0,"name":"n","extras":{"acoustic_absorption":0.1}},{"mesh":0,"name":"n","extras":{"acoustic_absorption":0.2}}]"#;
+    let zeros = plain.replace("\"bufferView\":0,", "");
+    let twice = zeros.replace(r#""nodes":[{"mesh":0,"name":"n","extras":{}}]"#, two);
+    let instances = zeros.replace(
+        r#""extras":{}"#,
+        r#""extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":0,"SCALE":1}}}"#,
+    );
+    let instances = instances.replace(
+        r#""accessors":["#,
+        r#""accessors":[{"componentType":5126,"count":3,"type":"VEC3"},{"componentType":5126,"count":2,"type":"VEC3"},"#,
+    );
+    let many_indices = zeros
+        .replace("\"POSITION\":0}", "\"POSITION\":0},\"indices\":1")
+        .replace(
+            "\"VEC3\"}",
+            "\"VEC3\"},{\"componentType\":5125,\"count\":99,\"type\":\"SCALAR\"}",
+        );
+    for text in [
+        "Kaydara FBX Binary".to_owned(),
+        "PK\x03\x04".into(),
+        "RIFF".into(),
+        ply(""),
+        ply("end\n"),
+        "ply\nend_header\n".into(),
+        ply("end_header\n"),
+        ply("element tristrips 0\nend_header\n"),
+        ply("element vertex 1\nend_header\n"),
+        square(""),
+        square("3 0 1 x"),
+        square("3 0 1 7"),
+        square("-1"),
+        "glTF".into(),
+        gltf(r#""nodes":[]"#).replace("2.0", "1.1"),
+        gltf(r#""extensionsRequired":["KHR_draco_mesh_compression"]"#),
+        gltf(r#""extensionsRequired":["EXT_meshopt_compression"]"#),
+        gltf(r#""extensionsRequired":["KHR_new"]"#),
+        "{".into(),
+        gltf(r#""nodes":[]"#),
+        gltf(r#""nodes":[{"mesh":3}]"#),
+        gltf(r#""scenes":[{"nodes":[0]}],"nodes":[{"children":[0]}]"#),
+        with("VEC3", "VEC2"),
+        buffer(r#""uri":"data:x;base64,AAAA","#)
+            .replace(r#""byteLength":36}],"b"#, r#""byteLength":3}],"b"#),
+        buffer(""),
+        buffer(r#""uri":"data:x;base64,?","#),
+        buffer(r#""uri":"https://x","#),
+        buffer(r#""uri":"data:x;base64,AAAA","#),
+        buffer(r#""uri":"gone.bin","#),
+        extras(r#""acoustic_absorption":[1,2,3]"#),
+        extras(r#""acoustic_scattering":0.1"#),
+        extras(r#""acoustic_absorption":0.1,"acoustic_transmission":0.2"#),
+        extras(r#""acoustic_thing":0.1"#),
+        gltf(&twice),
+        gltf(&instances),
+        gltf(&zeros.replace("\"count\":3", "\"count\":300")),
+        gltf(&many_indices),
+    ] {
+        std::fs::write(&path, &text).expect("written");
+        let options = MeshOptions::default().with_most_triangles(30);
+        errors.of(&text, load_mesh(&path, &options));
+    }
 }
 
 fn materials(errors: &mut Errors) {

@@ -35,7 +35,7 @@ impl Errors {
 }
 
 /// Rows that no test causes, and the reason for each.
-const NOT_MADE: [(&str, &str); 7] = [
+const NOT_MADE: [(&str, &str); 9] = [
     // Texts of a real device's backend. Tests open none, since a machine may lack one.
     (
         "there is no sound device",
@@ -57,6 +57,15 @@ const NOT_MADE: [(&str, &str); 7] = [
     (
         "no HRTF set is built in",
         "give one, or build with the feature builtin-hrtf",
+    ),
+    (
+        "is a glTF file, which is not read",
+        "build the library with its feature `gltf`, or export the model as OBJ or PLY",
+    ),
+    // Half a gigabyte of text.
+    (
+        "larger than … MiB",
+        "keep the files that a .gltf refers to beside it, or export one GLB file",
     ),
     // Sixty-seven million triangles: gigabytes.
     (

@@ -811,7 +811,8 @@ namespace Foresound.Interop
         public static extern Status ProgressCancel(ulong progress);
 
         /// <summary>
-        /// Builds a scene from an OBJ file, whose `usemtl` names materials. Else as foresound_scene_from_mesh.
+        /// Builds a scene from a mesh file: OBJ or PLY, and glTF or GLB if the library is built with its feature `gltf`.
+        /// The file names materials. Else as foresound_scene_from_mesh.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_scene_from_file", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SceneFromFile(

@@ -1,10 +1,9 @@
 //! Reads Wavefront OBJ files.
 //!
-//! Control side. Takes a path, returns a [`TriangleMesh`] with the names of `usemtl` statements. Material libraries
+//! Control side. Takes an open file, returns a [`TriangleMesh`] with the names of `usemtl` statements. Material libraries
 //! describe light; they are opened only for a warning. The file is read once, as a stream. Nothing is welded or dropped
 //! here: [`crate::scene::weld`] does that.
 
-mod polygon;
 mod statements;
 
 use std::collections::HashMap;
@@ -12,93 +11,16 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
+use super::mesh_file::{MeshFile, MeshOptions, crossing_warning, shortened};
+use super::polygon::triangulate;
 use crate::error::{Error, Result};
-use crate::scene::mesh::{MOST_TRIANGLES, TriangleMesh};
-use polygon::triangulate;
+use crate::scene::mesh::TriangleMesh;
 use statements::Statements;
-
-/// Material name of faces before the first `usemtl`.
-pub const UNNAMED_MATERIAL: &str = "default";
 
 /// Bytes of a material library that are searched for a material.
 const LIBRARY_LIMIT: u64 = 1 << 24;
-
-/// Which axis of a file points up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum UpAxis {
-    /// +y, as in this crate.
-    #[default]
-    Y,
-    /// +z: (x, y, z) becomes (x, z, −y).
-    Z,
-}
-
-/// How to read an OBJ file.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct ObjOptions {
-    /// Metres a unit of the file, above zero.
-    pub scale: f32,
-    /// The file's upward axis.
-    pub up: UpAxis,
-    /// Most triangles that are read, polygons cut up; three times as many vertices. A file with more is an error at the
-    /// line that exceeds the limit, so reading takes no more than some 200 bytes a triangle.
-    pub most_triangles: usize,
-}
-
-impl Default for ObjOptions {
-    /// Metres, +y up, as many triangles as a scene takes by default.
-    fn default() -> Self {
-        Self {
-            scale: 1.0,
-            up: UpAxis::Y,
-            most_triangles: MOST_TRIANGLES,
-        }
-    }
-}
-
-impl ObjOptions {
-    /// Sets [`Self::scale`].
-    pub fn with_scale(self, scale: f32) -> Self {
-        Self { scale, ..self }
-    }
-
-    /// Sets [`Self::up`].
-    pub fn with_up(self, up: UpAxis) -> Self {
-        Self { up, ..self }
-    }
-
-    /// Sets [`Self::most_triangles`].
-    pub fn with_most_triangles(self, most_triangles: usize) -> Self {
-        Self {
-            most_triangles,
-            ..self
-        }
-    }
-
-    /// A position of the file in metres, +y up.
-    fn vertex(&self, position: [f32; 3]) -> Vec3 {
-        let [x, y, z] = position.map(|value| value * self.scale);
-        // Adding zero turns −0 into 0, which some ray tests mistake for a miss.
-        Vec3::ZERO
-            + match self.up {
-                UpAxis::Y => Vec3::new(x, y, z),
-                UpAxis::Z => Vec3::new(x, z, -y),
-            }
-    }
-}
-
-/// Content of an OBJ file.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct ObjFile {
-    /// The triangles, in metres, +y up; at least one.
-    pub mesh: TriangleMesh,
-    /// What was ignored, one line each.
-    pub warnings: Vec<String>,
-}
 
 /// Reads an OBJ file.
 ///
@@ -106,32 +28,8 @@ pub struct ObjFile {
 /// the material `UNNAMED_MATERIAL`. A missing or empty material library is a warning.
 ///
 /// # Errors
-/// [`Error::Setting`] for a scale that is not above zero; [`Error::File`] where the file cannot be read;
-/// [`Error::Format`] with the line for a broken statement, a face that refers to no vertex, a vertex in use that is not
-/// finite or farther out than `LARGEST_COORDINATE_M`, or more of anything than [`ObjOptions::most_triangles`] allows,
-/// and without a line for a file without faces.
-///
-/// # Examples
-/// ```
-/// use foresound::mesh::{ObjOptions, load_obj};
-///
-/// let path = std::env::temp_dir().join("foresound_load_obj_example.obj");
-/// std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 1 0 1\nusemtl wood_floor\nf 1 2 3\n")?;
-/// let file = load_obj(&path, &ObjOptions::default())?;
-/// assert_eq!(file.mesh.material_names, ["wood_floor"]);
-/// # std::fs::remove_file(&path)?;
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-pub fn load_obj(path: &Path, options: &ObjOptions) -> Result<ObjFile> {
-    if !(options.scale.is_finite() && options.scale > 0.0) {
-        return Err(Error::setting(
-            "scale",
-            format!("{} is not a positive number", options.scale),
-            "give metres a unit: 1 for metres, 0.01 for centimetres, 0.001 for millimetres",
-        ));
-    }
-    let file = super::open(path, "give the path of a readable OBJ file")?;
-    let input = BufReader::with_capacity(1 << 16, file);
+/// As [`load_mesh`](super::formats::load_mesh), with the line for all but a file without faces.
+pub(super) fn read(path: &Path, input: impl BufRead, options: &MeshOptions) -> Result<MeshFile> {
     let mut statements = Statements::new(path, options, input);
     let parser_options = tobj::LoadOptions {
         single_index: true,
@@ -157,17 +55,12 @@ pub fn load_obj(path: &Path, options: &ObjOptions) -> Result<ObjFile> {
             "export the model with its faces (`f` statements)",
         ));
     }
-    if crossing_count > 0 {
-        warnings.push(format!(
-            "{}: the outline of {crossing_count} faces crosses itself, so their triangles overlap; export triangles",
-            path.display()
-        ));
-    }
-    Ok(ObjFile { mesh, warnings })
+    warnings.extend(crossing_warning(path, crossing_count));
+    Ok(MeshFile::of(mesh, warnings))
 }
 
 /// Joins models that are named by their material; returns the number of faces whose outline crosses itself too.
-fn build_mesh(models: Vec<tobj::Model>, options: &ObjOptions) -> (TriangleMesh, usize) {
+fn build_mesh(models: Vec<tobj::Model>, options: &MeshOptions) -> (TriangleMesh, usize) {
     let mut mesh = TriangleMesh::default();
     let mut materials: HashMap<String, u32> = HashMap::new();
     let mut crossing_count = 0;
@@ -250,28 +143,19 @@ fn defines_material(library: &Path) -> bool {
         .any(|line| line.trim_ascii_start().starts_with(b"newmtl"))
 }
 
-/// At most 24 characters of a text, without control characters, for an error of one line.
-pub(crate) fn shortened(text: &str) -> String {
-    let mut short: String = text
-        .chars()
-        .take(24)
-        .map(|c| if c.is_control() { '?' } else { c })
-        .collect();
-    if text.chars().nth(24).is_some() {
-        short.push('…');
-    }
-    short
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use glam::Vec3;
 
-    fn read(text: &str, options: &ObjOptions) -> Result<ObjFile> {
+    use super::*;
+    use crate::scene::io::mesh_file::UpAxis;
+
+    fn read(text: &str, options: &MeshOptions) -> Result<MeshFile> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("model.obj");
         std::fs::write(&path, text).unwrap();
-        load_obj(&path, options)
+        options.check()?;
+        super::read(&path, BufReader::new(File::open(&path).unwrap()), options)
     }
 
     const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 2 0\nv 0 2 0\n";
@@ -281,7 +165,7 @@ mod tests {
         let text = format!(
             "mtllib gone.mtl\n{SQUARE}f 1 2 3\nusemtl Brick Wall\nf 1 3 4\nusemtl glass\nf 1 2 4\nusemtl Brick Wall\nf 2 3 4\n"
         );
-        let file = read(&text, &ObjOptions::default()).unwrap();
+        let file = read(&text, &MeshOptions::default()).unwrap();
         assert_eq!(file.mesh.material_names, ["default", "Brick Wall", "glass"]);
         assert_eq!(file.mesh.triangle_materials, [0, 1, 2, 1]);
         assert_eq!(file.warnings.len(), 1);
@@ -290,7 +174,7 @@ mod tests {
 
     #[test]
     fn z_up_and_scale_place_the_corners() {
-        let options = ObjOptions::default().with_scale(0.5).with_up(UpAxis::Z);
+        let options = MeshOptions::default().with_scale(0.5).with_up(UpAxis::Z);
         let file = read("v 1 2 3\nv 4 5 6\nv 7 8 10\nf 1 2 -1\n", &options).unwrap();
         assert_eq!(file.mesh.vertices[0], Vec3::new(0.5, 1.5, -1.0));
         assert_eq!(file.mesh.triangles, [[0, 1, 2]]);
@@ -300,7 +184,7 @@ mod tests {
     fn materials_keep_the_order_of_their_faces_and_colours_are_ignored() {
         let text = "# c\no room\nv 1 2 3 0.5 0.5 0.5\r\nvt 0 0\nv 2 4 6 2\nv 0 0 1\nusemtl\tb\n\
              usemtl Old Wall\nf 1/1/1 2//2 -1 # end\nusemtl b\nf 1 2 3\nl 1 2";
-        let file = read(text, &ObjOptions::default()).unwrap();
+        let file = read(text, &MeshOptions::default()).unwrap();
         assert_eq!(file.mesh.material_names, ["Old Wall", "b"]);
         assert_eq!(file.mesh.vertices[..2], [Vec3::new(1.0, 2.0, 3.0); 2]);
         assert_eq!(file.mesh.triangle_materials, [0, 1]);
@@ -311,21 +195,21 @@ mod tests {
     fn polygons_and_textured_corners_work() {
         let text =
             format!("{SQUARE}v -1 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1 4//1 5\nf 4 3 2 1\n");
-        let file = read(&text, &ObjOptions::default()).unwrap();
+        let file = read(&text, &MeshOptions::default()).unwrap();
         assert_eq!(file.mesh.triangles.len(), 3 + 2);
     }
 
     #[test]
     fn a_byte_order_mark_hides_no_vertex() {
         let text = format!("\u{feff}{SQUARE}f 1 2 3 4\n");
-        let file = read(&text, &ObjOptions::default()).unwrap();
+        let file = read(&text, &MeshOptions::default()).unwrap();
         assert_eq!(file.mesh.vertices.len(), 4);
     }
 
     #[test]
     fn scale_must_be_positive() {
         for scale in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-            let options = ObjOptions::default().with_scale(scale);
+            let options = MeshOptions::default().with_scale(scale);
             let error = read(SQUARE, &options).unwrap_err();
             assert!(error.to_string().starts_with("scale:"), "{error}");
         }

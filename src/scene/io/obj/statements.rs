@@ -8,8 +8,8 @@ use std::collections::{HashMap, HashSet};
 use std::io::{self, BufRead, Read};
 use std::path::Path;
 
-use super::{ObjOptions, UNNAMED_MATERIAL, shortened};
 use crate::error::{Error, Result};
+use crate::scene::io::mesh_file::{MeshOptions, Position, UNNAMED_MATERIAL, shortened};
 use crate::scene::mesh::LARGEST_COORDINATE_M;
 
 /// Longest line in bytes. A polygon of 50,000 corners fits; a binary file without line ends stops here.
@@ -31,7 +31,7 @@ struct VertexOutOfRange {
 /// The statements of a file, as a reader of those that the parser gets.
 pub(super) struct Statements<'a, R> {
     path: &'a Path,
-    options: &'a ObjOptions,
+    options: &'a MeshOptions,
     input: R,
     raw: Vec<u8>,
     /// Lines read so far.
@@ -62,7 +62,7 @@ pub(super) struct Statements<'a, R> {
 }
 
 impl<'a, R: BufRead> Statements<'a, R> {
-    pub(super) fn new(path: &'a Path, options: &'a ObjOptions, input: R) -> Self {
+    pub(super) fn new(path: &'a Path, options: &'a MeshOptions, input: R) -> Self {
         Self {
             path,
             options,
@@ -98,9 +98,17 @@ impl<'a, R: BufRead> Statements<'a, R> {
         }
     }
 
+    /// The current statement.
+    fn position(&self) -> Position<'a> {
+        Position {
+            path: self.path,
+            line: Some(self.line),
+        }
+    }
+
     /// An error in the current statement.
     fn error(&self, problem: impl ToString, advice: &str) -> Error {
-        Error::format(self.path, Some(self.line), problem, advice)
+        self.position().error(problem, advice)
     }
 
     /// The next statement, `None` at the end of the file. A backslash at the end of a line continues it.
@@ -177,13 +185,7 @@ impl<'a, R: BufRead> Statements<'a, R> {
     }
 
     fn check_count(&self, count: usize, most: usize, what: &str) -> Result<()> {
-        if count <= most {
-            return Ok(());
-        }
-        Err(self.error(
-            format!("more than {most} {what}"),
-            "simplify the model; sound needs walls, not ornaments",
-        ))
+        self.position().check_count(count as u64, most, what)
     }
 
     /// Three coordinates; a fourth number is a weight, six are a position and a colour.
@@ -221,19 +223,11 @@ impl<'a, R: BufRead> Statements<'a, R> {
     }
 
     fn vertex_error(&self, vertex: &VertexOutOfRange) -> Error {
-        let text = &vertex.text;
-        let (problem, advice) = if vertex.finite {
-            (
-                format!("vertex ({text}) lies beyond {LARGEST_COORDINATE_M} m"),
-                "check the units: --scale 0.001 reads millimetres; move a map's model to its own origin",
-            )
-        } else {
-            (
-                format!("vertex ({text}) is not finite and a face uses it"),
-                "export the model again without NaN and infinite coordinates",
-            )
+        let position = Position {
+            path: self.path,
+            line: Some(vertex.line),
         };
-        Error::format(self.path, Some(vertex.line), problem, advice)
+        position.vertex_error(&vertex.text, vertex.finite)
     }
 
     fn pass_face<'w>(&mut self, words: impl Iterator<Item = &'w str>) -> Result<()> {
@@ -362,7 +356,7 @@ mod tests {
     fn only_positions_faces_and_materials_pass() {
         let text = "\u{feff}# c\nmtllib x.mtl\no room\nv 1 2 3 0.5 0.5 0.5\r\nvt 0 0\nf 1/1/1 2//2 \\\n-1 # end\n\
              v 0 0 1\nusemtl b\nusemtl\tOld Wall\nf 1 1 1\nusemtl Old Wall\nf 1 2 1\nusemtl\nf 1 1 2\nf 0 1 2\n";
-        let options = ObjOptions::default();
+        let options = MeshOptions::default();
         let mut statements = Statements::new(Path::new("x.obj"), &options, text.as_bytes());
         let mut output = String::new();
         assert!(statements.read_to_string(&mut output).is_err());

@@ -32,7 +32,7 @@ pub(crate) struct Arguments {
     /// 74.6 graphics frames a second and L = 12 unless one platform is named.
     #[arg(long)]
     platform: Option<String>,
-    /// One scene instead of the paper's three: a name, or an OBJ file. Without a layout beside it (FILE.toml), sources and
+    /// One scene instead of the paper's three: a name, or a mesh file. Without a layout beside it (FILE.toml), sources and
     /// a walk are put in open space.
     #[arg(long)]
     scene: Option<String>,

@@ -74,7 +74,7 @@ pub(super) fn stage(named: &str, intake: &SceneArguments, needs_floor: bool) -> 
         });
     }
     let walk = walk.ok_or_else(|| {
-        let advice = "put a TOML file with sources and a listener beside the OBJ file";
+        let advice = "put a TOML file with sources and a listener beside the mesh file";
         Error::file(named, "has no layout", advice)
     })?;
     sources.truncate(MAX_SOURCES);

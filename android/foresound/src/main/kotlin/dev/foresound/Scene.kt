@@ -67,7 +67,7 @@ class Scene private constructor(handle: Long) : Resource(handle) {
 
     companion object {
         /**
-         * From an OBJ file; `usemtl` names its materials. [materials] is the text of a materials file (TOML) or null.
+         * From an OBJ or PLY file, which names its materials. [materials] is the text of a materials file (TOML) or null.
          * Throws [java.io.IOException] for an unreadable file, [IllegalArgumentException] with file and line for invalid
          * content, [java.util.concurrent.CancellationException] after [Progress.cancel]. Blocks.
          */
@@ -83,7 +83,7 @@ class Scene private constructor(handle: Long) : Resource(handle) {
             return Scene(Native.sceneFromFile(file.path, materials, options.numbers(), progress?.handle ?: 0))
         }
 
-        /** From an OBJ file among the app's assets, copied to the cache folder. Blocks. */
+        /** From an OBJ or PLY file among the app's assets, copied to the cache folder. Blocks. */
         @JvmStatic
         @JvmOverloads
         fun loadAsset(
@@ -93,7 +93,7 @@ class Scene private constructor(handle: Long) : Resource(handle) {
             options: SceneOptions = SceneOptions(),
             progress: Progress? = null,
         ): Scene {
-            val copy = File.createTempFile("foresound", ".obj", context.cacheDir)
+            val copy = File.createTempFile("foresound", ".mesh", context.cacheDir)
             try {
                 openAsset(context, name).use { asset -> copy.outputStream().use { asset.copyTo(it) } }
                 return loadFile(copy, materials, options, progress)
