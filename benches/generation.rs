@@ -7,7 +7,7 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use foresound::extrapolation::{FramePath, FramePaths, LATE_GROUPS, LateGroup, LateSend};
+use foresound::extrapolation::{FramePath, FramePaths, LATE_GROUPS, LateGroup, LateSend, PathKind};
 use foresound::generation::{Generator, GeneratorSettings, Hrtf};
 use foresound::propagation::PathId;
 use foresound::scene::SourceId;
@@ -36,9 +36,11 @@ fn frame(step: u32) -> FramePaths {
             paths.push(FramePath {
                 id: PathId((seed as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)),
                 source: SourceId::new(source as u16, 0),
+                kind: PathKind::Reflected,
                 order: (path / 12) as u8,
                 amplitude: std::array::from_fn(|b| (loudness * 0.95f64.powi(b as i32)) as f32),
                 delay_s: length_m / 343.4,
+                air_delay_s: length_m / 343.4,
                 arrival: Vec3::new(
                     azimuth.sin() as f32,
                     0.3 * (seed * 0.9).sin() as f32,

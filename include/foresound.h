@@ -54,7 +54,8 @@
     4u, 2u, 1u, FORESOUND_SCHEDULE_ASYNCHRONOUS, 2u, FORESOUND_PREDICTOR_GEOMETRIC, 1u, FORESOUND_AFFINITY_SYSTEM, \
     0u, 0u, FORESOUND_HRTF_SET, 1u, 1u, 3u, 0u, 1024u, 0.3f, -0.3f, 0.0, 1.0}
 #define FORESOUND_SOURCE_OPTIONS_INIT {sizeof(ForesoundSourceOptions), 31u, 0.0f, 1.0f, {0.0f, 0.0f, 0.0f, 0.0f, \
-    0.0f, 0.0f, 0.0f, 0.0f}}
+    0.0f, 0.0f, 0.0f, 0.0f}, FORESOUND_DISTANCE_CURVE_PHYSICAL, 1.0f, 100.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, \
+    1.0f, 1.0f, 0u, 128u}
 #define FORESOUND_PROPAGATION_OPTIONS_INIT {sizeof(ForesoundPropagationOptions), 1024u, 128u, 4u, 2u}
 #define FORESOUND_SCENE_OPTIONS_INIT {sizeof(ForesoundSceneOptions), FORESOUND_UP_AXIS_Y, 1.0f, 20.0f, 50.0f, \
     101.325f, 0.5f, 40.0f, -1.0f, 4194304u}
@@ -287,6 +288,27 @@ enum ForesoundDeviceApi
 typedef enum ForesoundDeviceApi ForesoundDeviceApi;
 #else
 typedef uint32_t ForesoundDeviceApi;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// Level by distance. It scales all sound of a source; delays and the levels of its paths relative to each other stay.
+enum ForesoundDistanceCurve
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // One over the distance, 1 at 1 m.
+  FORESOUND_DISTANCE_CURVE_PHYSICAL = 0,
+  // 1 up to the minimum distance, the minimum over the distance beyond it, constant from the maximum distance on.
+  FORESOUND_DISTANCE_CURVE_INVERSE = 1,
+  // 1 up to the minimum distance, falling linearly to 0 at the maximum distance.
+  FORESOUND_DISTANCE_CURVE_LINEAR = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum ForesoundDistanceCurve ForesoundDistanceCurve;
+#else
+typedef uint32_t ForesoundDistanceCurve;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -687,6 +709,33 @@ typedef struct ForesoundSourceOptions {
   float order;
   // Directivity in each octave band, from the lowest: 0 omnidirectional, 0.5 cardioid, 1 dipole.
   float directivity[8];
+  // Level by distance, unless the source has a distance table.
+  ForesoundDistanceCurve distance_curve;
+  // Distance of full level in metres, for the inverse and the linear curve.
+  float distance_min_m;
+  // Distance in metres from which the level is constant (inverse curve) or 0 (linear curve), at most 1e6.
+  float distance_max_m;
+  // Linear gain of the direct path, 0 to 1000.
+  float direct_gain;
+  // Linear gain of reflected paths, 0 to 1000.
+  float reflections_gain;
+  // Linear gain of diffracted paths, 0 to 1000.
+  float diffraction_gain;
+  // Linear gain of the late reverb, 0 to 1000.
+  float late_gain;
+  // Strength of occlusion, 0 to 1; 1 is physics. At 0 the direct path is as loud as if nothing were in its way.
+  float occlusion;
+  // Linear gain of a direct path through walls, 0 to 4; 1 is physics.
+  float transmission;
+  // Factor of the delay of direct sound, 0 to 4, whose change is the Doppler shift; 1 is physics. Other sound keeps its
+  // delay after the direct sound.
+  float doppler;
+  // Strength of the air's absorption along paths, 0 to 1; 1 is physics.
+  float air_absorption;
+  // 1: heard without a position, propagation and late reverb, such as music; stereo clips keep their channels.
+  uint32_t is_2d;
+  // 0 to 255: with more sources than slots, those of higher priority get slots of their own first.
+  uint32_t priority;
 } ForesoundSourceOptions;
 
 // A path as a polyline from source to listener. An element of an array, whose element size foresound_engine_paths takes.
@@ -885,6 +934,15 @@ ForesoundStatus foresound_source_set_directivity_table(uint64_t engine,
                                                        uint32_t source,
                                                        const float *levels_db,
                                                        size_t levels);
+
+// Sets a source's distance table from the next tick on, which replaces the options' curve: pairs of a distance in
+// metres and a linear gain (0 to 1000) at rising distances, 1 to 16 pairs; straight lines between them. `values`:
+// their number, 2 x pairs; 0 for no table. Control thread.
+FORESOUND_API
+ForesoundStatus foresound_source_set_distance_table(uint64_t engine,
+                                                    uint32_t source,
+                                                    const float *points,
+                                                    size_t values);
 
 // Sets a source's linear gain, 0 to 1000, from the next tick on. Control thread.
 FORESOUND_API ForesoundStatus foresound_source_set_gain(uint64_t engine, uint32_t source, float gain);

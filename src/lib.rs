@@ -121,8 +121,10 @@ pub use runtime::{
     FrameTime, QualityChoice, QualityLevel, RenderReport, Renderer, StreamWriter,
 };
 pub use scene::{
-    Directivity, DirectivityTable, Effects, InstanceId, InstancePose, ListenerPose, MaterialTable,
-    Scene, SceneSettings, SourceId, SourcePose, SourceSettings, TriangleMesh, procedural::shoebox,
+    DEFAULT_PRIORITY, Directivity, DirectivityTable, DistanceCurve, DistanceTable, Effects,
+    InstanceId, InstancePose, ListenerPose, MAX_DISTANCE_POINTS, MaterialTable, Scene,
+    SceneSettings, SourceId, SourceMix, SourcePose, SourceSettings, TriangleMesh,
+    procedural::shoebox,
 };
 
 /// Reading meshes from files, and what the intake of a mesh found.
@@ -136,7 +138,7 @@ pub mod mesh {
 pub mod paths {
     pub use crate::extrapolation::{
         FramePath, FramePaths, LATE_DIRECTION_VECTORS, LATE_DIRECTIONS, LATE_GROUPS, LateGroup,
-        LateSend,
+        LateSend, Obstruction, PathKind,
     };
     pub use crate::propagation::{
         LATE_SEGMENTS, LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathId, PathSet,

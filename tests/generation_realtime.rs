@@ -4,7 +4,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::sync::Arc;
 
-use foresound::extrapolation::{FramePath, FramePaths, LATE_GROUPS, LateGroup, LateSend};
+use foresound::extrapolation::{FramePath, FramePaths, LATE_GROUPS, LateGroup, LateSend, PathKind};
 use foresound::generation::{Generator, GeneratorSettings, Hrtf};
 use foresound::propagation::PathId;
 use foresound::scene::SourceId;
@@ -62,9 +62,11 @@ fn frames() -> Vec<FramePaths> {
                 .map(|i| FramePath {
                     id: PathId(i * 7 + k / 4 % 3),
                     source: SourceId::new((i % 5) as u16, (k / 13) as u32),
+                    kind: PathKind::Reflected,
                     order: 0,
                     amplitude: [0.01 + 0.001 * i as f32; 8],
                     delay_s: 0.001 + 0.004 * ((i * i + k / 5 * 17) % 91) as f64,
+                    air_delay_s: 0.001 + 0.004 * ((i * i + k / 5 * 17) % 91) as f64,
                     arrival: Vec3::new((i as f32).sin(), 0.1, (k as f32).cos()),
                     departure: Vec3::ZERO,
                 })

@@ -53,6 +53,13 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
         val voice = engine.addSource(5f, 1.5f, 3f)
         clip.await().use { voice.play(it, looped = true) }
         voice.configure(SourceOptions(lateReverb = false, directivity = FloatArray(8) { 0.5f }))
+        refuses<IllegalArgumentException> { voice.configure(SourceOptions(occlusion = 2f)) }
+        refuses<IllegalArgumentException> { voice.configure(SourceOptions(priority = 256)) }
+        refuses<IllegalArgumentException> {
+            voice.configure(SourceOptions(distanceCurve = DistanceCurve.LINEAR, distanceMinM = 9f, distanceMaxM = 3f))
+        }
+        refuses<IllegalArgumentException> { voice.setDistanceTable(listOf(2f to 1f, 1f to 1f)) }
+        voice.setDistanceTable(listOf(1f to 1f, 20f to 0.5f))
         voice.setGain(0.8f)
         val buffer = ByteBuffer.allocateDirect(2 * 800 * 4).order(ByteOrder.nativeOrder())
         var loudest = 0f

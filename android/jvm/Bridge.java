@@ -314,6 +314,11 @@ final class Bridge {
         refuses(argument, () -> Native.sourceSetDirectivityTable(engine, source, new float[8]));
         refuses(none, () -> Native.sourceSetDirectivityTable(engine, source, null));
         Native.sourceSetDirectivityTable(engine, source, new float[16]);
+        refuses(argument, () -> Native.sourceSetDistanceTable(engine, source, new float[3]));
+        refuses(argument, () -> Native.sourceSetDistanceTable(engine, source, new float[] {2, 1, 1, 1}));
+        refuses(none, () -> Native.sourceSetDistanceTable(engine, source, null));
+        Native.sourceSetDistanceTable(engine, source, new float[] {1, 1, 8, 0.5f});
+        Native.sourceSetDistanceTable(engine, source, new float[0]);
         refuses(state, () -> Native.engineCreate(Native.VERSION + 0x10000, light(), null, new long[1]));
         long progress = Native.progressCreate();
         if (Native.progressRead(progress) != 0) throw new AssertionError("nothing is done");

@@ -4,7 +4,7 @@
 
 use super::VERSION;
 use super::clip::CLIPS;
-use super::enumeration::{Effect, Predictor, Schedule};
+use super::enumeration::{DistanceCurve, Effect, Predictor, Schedule};
 use super::error::{CallError, Status};
 use super::handles::{HandleTable, Kind};
 use super::health::{BudgetOptions, EngineHealth};
@@ -19,7 +19,8 @@ use crate::acoustics::BANDS;
 use crate::propagation::PropagationSettings;
 use crate::runtime::{Controller, Engine};
 use crate::scene::{
-    Directivity, DirectivityTable, Effects, ListenerPose, SourcePose, SourceSettings,
+    DEFAULT_PRIORITY, Directivity, DirectivityTable, DistanceCurve as Curve, DistanceTable,
+    Effects, ListenerPose, SourceMix, SourcePose, SourceSettings,
 };
 use glam::Vec3;
 
@@ -40,17 +41,58 @@ record! {
         pub order: f32,
         /// Directivity in each octave band, from the lowest: 0 omnidirectional, 0.5 cardioid, 1 dipole.
         pub directivity: [f32; 8],
+        /// Level by distance, unless the source has a distance table.
+        pub distance_curve: DistanceCurve,
+        /// Distance of full level in metres, for the inverse and the linear curve.
+        pub distance_min_m: f32,
+        /// Distance in metres from which the level is constant (inverse curve) or 0 (linear curve), at most 1e6.
+        pub distance_max_m: f32,
+        /// Linear gain of the direct path, 0 to 1000.
+        pub direct_gain: f32,
+        /// Linear gain of reflected paths, 0 to 1000.
+        pub reflections_gain: f32,
+        /// Linear gain of diffracted paths, 0 to 1000.
+        pub diffraction_gain: f32,
+        /// Linear gain of the late reverb, 0 to 1000.
+        pub late_gain: f32,
+        /// Strength of occlusion, 0 to 1; 1 is physics. At 0 the direct path is as loud as if nothing were in its way.
+        pub occlusion: f32,
+        /// Linear gain of a direct path through walls, 0 to 4; 1 is physics.
+        pub transmission: f32,
+        /// Factor of the delay of direct sound, 0 to 4, whose change is the Doppler shift; 1 is physics. Other sound keeps its
+        /// delay after the direct sound.
+        pub doppler: f32,
+        /// Strength of the air's absorption along paths, 0 to 1; 1 is physics.
+        pub air_absorption: f32,
+        /// 1: heard without a position, propagation and late reverb, such as music; stereo clips keep their channels.
+        pub is_2d: u32,
+        /// 0 to 255: with more sources than slots, those of higher priority get slots of their own first.
+        pub priority: u32,
     }
 }
 
 impl Default for SourceOptions {
     fn default() -> Self {
+        let mix = SourceMix::PHYSICAL;
         Self {
             size: size_of::<Self>() as u32,
             effects: Effect::All.0,
             radius_m: 0.0,
             order: Directivity::OMNI.order,
             directivity: Directivity::OMNI.weight,
+            distance_curve: DistanceCurve::Physical,
+            distance_min_m: 1.0,
+            distance_max_m: 100.0,
+            direct_gain: mix.direct_gain,
+            reflections_gain: mix.reflections_gain,
+            diffraction_gain: mix.diffraction_gain,
+            late_gain: mix.late_gain,
+            occlusion: mix.occlusion,
+            transmission: mix.transmission,
+            doppler: mix.doppler,
+            air_absorption: mix.air_absorption,
+            is_2d: 0,
+            priority: DEFAULT_PRIORITY.into(),
         }
     }
 }
@@ -83,6 +125,20 @@ impl Default for PropagationOptions {
     }
 }
 
+impl DistanceCurve {
+    fn curve(self, min_m: f32, max_m: f32) -> Result<Curve, CallError> {
+        match self {
+            Self::Physical => Ok(Curve::Physical),
+            Self::Inverse => Ok(Curve::Inverse { min_m, max_m }),
+            Self::Linear => Ok(Curve::Linear { min_m, max_m }),
+            Self(number) => {
+                let text = format!("distance_curve: {number} is outside 0 to 2");
+                Err(CallError::bad(text))
+            }
+        }
+    }
+}
+
 impl SourceOptions {
     fn settings(&self) -> Result<SourceSettings, CallError> {
         let out_of_range =
@@ -99,6 +155,25 @@ impl SourceOptions {
         if let Some(weight) = self.directivity.iter().find(|w| !(0.0..=1.0).contains(*w)) {
             return Err(out_of_range("directivity", *weight, "0 to 1"));
         }
+        if self.is_2d > 1 {
+            return Err(out_of_range("is_2d", self.is_2d as f32, "0 to 1"));
+        }
+        let Ok(priority) = u8::try_from(self.priority) else {
+            let text = format!("priority: {} is outside 0 to 255", self.priority);
+            return Err(CallError::bad(text));
+        };
+        let (min_m, max_m) = (self.distance_min_m, self.distance_max_m);
+        let mix = SourceMix {
+            distance: self.distance_curve.curve(min_m, max_m)?,
+            direct_gain: self.direct_gain,
+            reflections_gain: self.reflections_gain,
+            diffraction_gain: self.diffraction_gain,
+            late_gain: self.late_gain,
+            occlusion: self.occlusion,
+            transmission: self.transmission,
+            doppler: self.doppler,
+            air_absorption: self.air_absorption,
+        };
         let has = |effect: Effect| self.effects & effect.0 != 0;
         Ok(SourceSettings {
             directivity: Directivity {
@@ -114,6 +189,9 @@ impl SourceOptions {
                 transmission: has(Effect::Transmission),
                 late: has(Effect::LateReverb),
             },
+            mix,
+            is_2d: self.is_2d == 1,
+            priority,
         })
     }
 }
@@ -205,14 +283,18 @@ impl EngineControl {
         Ok(self.controller.remove_source(source_id(source))?)
     }
 
-    /// Sets a source's options from the next tick on. Its directivity table stays.
+    /// Sets a source's options from the next tick on. Its directivity table and its distance table stay.
     ///
     /// # Errors
     /// `Status::BadArgument` names the value out of range, `Status::StaleSource`.
     pub fn configure(&mut self, source: u32, options: &SourceOptions) -> Result<(), CallError> {
         let id = source_id(source);
         let mut settings = options.settings()?;
-        settings.directivity.table = self.controller.source_settings(id)?.directivity.table;
+        let before = self.controller.source_settings(id)?;
+        settings.directivity.table = before.directivity.table;
+        if let Curve::Table(_) = before.mix.distance {
+            settings.mix.distance = before.mix.distance;
+        }
         Ok(self.controller.configure_source(id, settings)?)
     }
 
@@ -236,6 +318,27 @@ impl EngineControl {
         settings.directivity.table = match rows {
             [] => None,
             rows => Some(DirectivityTable::from_levels_db(rows)?),
+        };
+        Ok(self.controller.configure_source(id, settings)?)
+    }
+
+    /// Sets a source's distance table from the next tick on: pairs of a distance in metres and a linear gain, which replace
+    /// the curve of the options. Without pairs the source has the physical curve until its next options.
+    ///
+    /// # Errors
+    /// `Status::BadArgument` for an odd number of values and for values out of range, `Status::StaleSource`.
+    pub fn set_distance_table(&mut self, source: u32, points: &[f32]) -> Result<(), CallError> {
+        let id = source_id(source);
+        let (points, rest) = points.as_chunks::<2>();
+        if !rest.is_empty() {
+            return Err(CallError::bad(
+                "points: pass pairs of a distance and a gain",
+            ));
+        }
+        let mut settings = self.controller.source_settings(id)?;
+        settings.mix.distance = match points {
+            [] => Curve::Physical,
+            points => Curve::Table(DistanceTable::new(points)?),
         };
         Ok(self.controller.configure_source(id, settings)?)
     }

@@ -165,6 +165,18 @@ enumeration! {
 }
 
 enumeration! {
+    /// Level by distance. It scales all sound of a source; delays and the levels of its paths relative to each other stay.
+    pub enum DistanceCurve: u32 {
+        /// One over the distance, 1 at 1 m.
+        Physical = 0,
+        /// 1 up to the minimum distance, the minimum over the distance beyond it, constant from the maximum distance on.
+        Inverse = 1,
+        /// 1 up to the minimum distance, falling linearly to 0 at the maximum distance.
+        Linear = 2,
+    }
+}
+
+enumeration! {
     /// Exchange with a phone's system, bits to be added.
     pub enum DeviceHint: u32 {
         /// None.

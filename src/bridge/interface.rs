@@ -197,6 +197,13 @@ macro_rules! shared_functions {
                 ENGINES.with(engine, |engine| engine.set_directivity_table(source, &levels_db))
             }
 
+            /// Sets a source's distance table from the next tick on, which replaces the options' curve: pairs of a distance in
+            /// metres and a linear gain (0 to 1000) at rising distances, 1 to 16 pairs; straight lines between them. `values`:
+            /// their number, 2 x pairs; 0 for no table. Control thread.
+            unsafe fn foresound_source_set_distance_table(engine: Handle, source: Id, points[values]: Samples) {
+                ENGINES.with(engine, |engine| engine.set_distance_table(source, &points))
+            }
+
             /// Sets a source's linear gain, 0 to 1000, from the next tick on. Control thread.
             safe fn foresound_source_set_gain(engine: Handle, source: Id, gain: Real) {
                 ENGINES.with(engine, |engine| {
@@ -463,6 +470,7 @@ pub fn enumerations() -> Vec<EnumerationInfo> {
         of::<e::Affinity>(),
         of::<e::Hrtf>(),
         of::<e::Effect>(),
+        of::<e::DistanceCurve>(),
         of::<e::DeviceHint>(),
         of::<e::HintedThread>(),
         of::<e::EngineState>(),

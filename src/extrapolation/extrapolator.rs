@@ -7,6 +7,7 @@ use super::linear::Linear;
 use super::predictor::{Predictor, PredictorKind};
 use super::tracking::match_by_id;
 
+use crate::extrapolation::frame_mix::{FrameMix, MixSmoother};
 use crate::extrapolation::geometric::{GeometricPredictor, PreparedUpdate};
 use crate::extrapolation::scene_pair::ScenePair;
 use crate::extrapolation::source_motion::SourceMotion;
@@ -135,6 +136,9 @@ pub struct Extrapolator {
     pub(super) updates: u64,
     pub(super) step: Step,
     pub(super) motion: SourceMotion,
+    pub(super) smoother: MixSmoother,
+    /// The mix of each source of the present graphics frame.
+    pub(super) mixes: Vec<FrameMix>,
 }
 
 impl Extrapolator {
@@ -158,6 +162,8 @@ impl Extrapolator {
             updates: 0,
             step: Step::default(),
             motion: SourceMotion::default(),
+            smoother: MixSmoother::default(),
+            mixes: Vec::new(),
         }
     }
 
@@ -198,15 +204,18 @@ impl Extrapolator {
     }
 
     /// Records the sources of the next graphics frame, `interval_s` seconds after the frame before. Delays of moving sources
-    /// belong to the time of emission; without records, every source counts as at rest. Real-time.
+    /// belong to the time of emission, and changes of a mix are smoothed; without records, every source counts as at rest and
+    /// its mix applies at once. Real-time.
     pub fn record_sources(&mut self, sources: &[SourcePose], interval_s: f64) {
         let speed_m_s = self.scenes.current().speed_of_sound_m_s();
         self.motion.record(sources, interval_s, speed_m_s);
+        self.smoother.record(sources, interval_s);
     }
 
     /// Takes over the recorded sources of an extrapolator that this one replaces. Real-time.
     pub(crate) fn take_motion(&mut self, replaced: &mut Self) {
         std::mem::swap(&mut self.motion, &mut replaced.motion);
+        std::mem::swap(&mut self.smoother, &mut replaced.smoother);
     }
 
     /// Sets the poses of the scene's instances from the next frame on; ignores unknown instances. Real-time.
@@ -228,6 +237,8 @@ impl Extrapolator {
         self.late.reserve(sources);
         self.predictor.reserve(paths, sources);
         self.motion.reserve(sources);
+        self.smoother.reserve(sources);
+        self.mixes.reserve(sources);
     }
 
     /// Replaces the predictor from the next frame on; returns the old one. Real-time.

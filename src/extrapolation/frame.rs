@@ -11,6 +11,35 @@ pub use crate::propagation::{
     LATE_DIRECTION_VECTORS, LATE_DIRECTIONS, LATE_GROUPS, LATE_SEGMENTS, LateGroup,
 };
 
+/// What a path does between source and listener.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PathKind {
+    /// The straight line, unobstructed.
+    #[default]
+    Direct,
+    /// The straight line, through walls.
+    Transmitted,
+    /// Reflected, without diffraction.
+    Reflected,
+    /// Diffracted at one or two edges, perhaps also reflected.
+    Diffracted,
+}
+
+impl PathKind {
+    fn of(path: &Path) -> Self {
+        match (path.order, path.diffraction_order) {
+            (0, 0) => Self::Direct,
+            (_, 0) => Self::Reflected,
+            _ => Self::Diffracted,
+        }
+    }
+
+    /// Whether the path is the straight line.
+    pub fn is_straight(self) -> bool {
+        matches!(self, Self::Direct | Self::Transmitted)
+    }
+}
+
 /// One path at the end of a graphics frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FramePath {
@@ -18,12 +47,17 @@ pub struct FramePath {
     pub id: PathId,
     /// The source.
     pub source: SourceId,
+    /// What it does on its way.
+    pub kind: PathKind,
     /// Number of reflections; 0 for the direct field.
     pub order: u8,
     /// Signed amplitude per band, relative to the free field at 1 m.
     pub amplitude: BandArray,
     /// Propagation delay in seconds.
     pub delay_s: f64,
+    /// Time in air, in seconds, by which [`FramePaths::high_air_np_per_s`] counts: the delay, unless the source's mix changes
+    /// one of the two.
+    pub air_delay_s: f64,
     /// Unit vector in world coordinates from the listener towards the last image source, edge or source.
     pub arrival: Vec3,
     /// Unit vector in world coordinates from the source along the path; zero if its length is zero.
@@ -52,12 +86,15 @@ impl FramePath {
         scene: &Scene,
     ) -> Self {
         let ahead = || listener.orientation * Vec3::NEG_Z;
+        let delay_s = f64::from(length_m) / scene.speed_of_sound_m_s();
         Self {
             id: path.id,
             source: path.source,
+            kind: PathKind::of(path),
             order: path.order,
             amplitude: path.amplitude,
-            delay_s: f64::from(length_m) / scene.speed_of_sound_m_s(),
+            delay_s,
+            air_delay_s: delay_s,
             arrival: (image - listener.position)
                 .try_normalize()
                 .unwrap_or_else(ahead),
@@ -96,6 +133,18 @@ pub struct LateSend {
     pub start_s: f32,
 }
 
+/// What is between a source and the listener in a graphics frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Obstruction {
+    /// The source.
+    pub source: SourceId,
+    /// Whether anything blocks the straight line.
+    pub is_blocked: bool,
+    /// Pressure factor of all walls on the straight line per band, before the source's mix: 1 where nothing blocks it, 0
+    /// where walls are opaque or the source's transmission is off.
+    pub transmission: BandArray,
+}
+
 /// One graphics frame for generation. The default is silence: no paths, no late reverb.
 ///
 /// ```
@@ -110,6 +159,8 @@ pub struct FramePaths {
     pub orientation: Quat,
     /// Paths, sorted by [`FramePath::id`].
     pub paths: Vec<FramePath>,
+    /// What blocks each source, in the order of the sources.
+    pub obstructions: Vec<Obstruction>,
     /// Late reverb sends, at most [`LATE_SEGMENTS`] per source and group, in the order of the segments.
     pub late: Vec<LateSend>,
     /// The decays that the sends start. A group without sends costs nothing once it is silent.
@@ -123,6 +174,7 @@ impl Default for FramePaths {
         Self {
             orientation: Quat::IDENTITY,
             paths: Vec::new(),
+            obstructions: Vec::new(),
             late: Vec::new(),
             late_groups: Default::default(),
             high_air_np_per_s: Default::default(),

@@ -4,14 +4,17 @@
 //! spent, and the next part resumes there. The parts do not affect the result.
 
 use super::extrapolator::{Extrapolator, Rule, Step};
-use super::frame::{FramePath, FramePaths, LateSend, allows};
+use super::frame::{FramePath, FramePaths, LateSend, Obstruction, PathKind, allows};
+use super::frame_mix::find as find_mix;
 use super::predictor::{FrameContext, TrackedPath};
+use crate::acoustics::BANDS;
 use crate::extrapolation::geometric::{FrameInputs, extrapolate_late};
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
 use crate::propagation::LateEnergy;
 use crate::propagation::diffraction::direct_field;
 use crate::propagation::diffuse::late_segments;
 use crate::propagation::endpoints::Endpoints;
+use crate::propagation::transmission::unoccluded_path;
 use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, SourceId, SourcePose};
 
@@ -49,7 +52,9 @@ impl Extrapolator {
         };
         if first == 0 {
             result.paths.clear();
+            result.obstructions.clear();
             self.occluded.clear();
+            self.mixes.clear();
         }
         for (index, pose) in sources.iter().enumerate().skip(first) {
             if budget.is_spent() {
@@ -68,6 +73,23 @@ impl Extrapolator {
                     .push(FramePath::of(&path, pose.position, listener, scene));
             });
             self.occluded.push(!field.visible);
+            let is_blocked = field.through != [1.0; BANDS];
+            if is_blocked {
+                let straight = result.paths[before..].iter_mut();
+                straight
+                    .filter(|path| path.kind.is_straight())
+                    .for_each(|path| path.kind = PathKind::Transmitted);
+            }
+            result.obstructions.push(Obstruction {
+                source: pose.id,
+                is_blocked,
+                transmission: field.through,
+            });
+            let (ear, min_distance_m) = (listener.position, endpoints.min_distance_m);
+            let mix = self.smoother.frame_mix(pose, ear, min_distance_m);
+            let paths = &mut result.paths;
+            mix.apply_to_direct(scene, &endpoints, listener, is_blocked, paths, before);
+            self.mixes.push(mix);
             let edges = field.edges.as_slice().len();
             let waves = edges.max(result.paths.len() - before);
             budget.spend(cost::DIRECT + cost::RAY * rays as usize + cost::WAVE * waves);
@@ -107,6 +129,7 @@ impl Extrapolator {
             progress.is_done = false;
             return progress;
         }
+        self.apply_mixes(listener, sources, &mut result.paths);
         budget.spend(result.paths.len() / cost::SORTED + cost::LATE * self.current.late.len());
         result.paths.sort_unstable_by_key(|path| path.id);
         result.orientation = listener.orientation;
@@ -132,9 +155,42 @@ impl Extrapolator {
                 start_s: segment.start_s,
             }));
         }
+        for send in &mut result.late {
+            if let Some(mix) = find_mix(&self.mixes, send.source) {
+                mix.apply_to_late(send);
+            }
+        }
         self.frames_since_update = self.frames_since_update.saturating_add(1);
         self.step = Step::default();
         progress
+    }
+
+    /// Applies the mixes of all sources to the paths of the frame.
+    fn apply_mixes(
+        &mut self,
+        listener: &ListenerPose,
+        sources: &[SourcePose],
+        paths: &mut [FramePath],
+    ) {
+        if self.mixes.iter().all(|mix| mix.is_physical) {
+            return;
+        }
+        let scene = self.scenes.current();
+        for (mix, pose) in self.mixes.iter_mut().zip(sources) {
+            if mix.mix.doppler != 1.0 {
+                let (from, to) = (pose.position, listener.position);
+                let min_distance_m = pose.settings.min_distance_m(self.min_distance_m);
+                let line = unoccluded_path(scene, pose.id, from, to, min_distance_m);
+                let mut line = FramePath::of(&line, from, listener, scene);
+                self.motion.apply(&mut line, scene, min_distance_m);
+                mix.flight_s = line.delay_s;
+            }
+        }
+        for path in paths {
+            if let Some(mix) = find_mix(&self.mixes, path.source).filter(|mix| !mix.is_physical) {
+                mix.apply(path, scene);
+            }
+        }
     }
 
     /// The edges of a source's direct field in the last two updates, shortest detour first: the updates may be for positions

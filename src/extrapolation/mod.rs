@@ -5,6 +5,7 @@
 
 pub mod extrapolator;
 pub mod frame;
+mod frame_mix;
 mod frame_steps;
 pub mod geometric;
 pub mod hold;
@@ -22,7 +23,7 @@ pub use crate::extrapolation::work_budget::{Progress, WorkBudget};
 pub use extrapolator::{Extrapolator, PredictorState};
 pub use frame::{
     FramePath, FramePaths, LATE_DIRECTION_VECTORS, LATE_DIRECTIONS, LATE_GROUPS, LATE_SEGMENTS,
-    LateGroup, LateSend,
+    LateGroup, LateSend, Obstruction, PathKind,
 };
 pub use level::extrapolation_level;
 pub use predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};

@@ -135,6 +135,7 @@ impl SourceMotion {
             let air = if farther_m > 0.0 { air } else { 1.0 / air };
             *value *= air * spreading as f32;
         }
+        path.air_delay_s += delay_s - path.delay_s;
         path.delay_s = delay_s;
         if path.order == 0 && path.departure.dot(-path.arrival) > STRAIGHT_COSINE {
             let towards = -(to_listener + moved).as_vec3();

@@ -285,6 +285,16 @@ impl Generator {
     /// Real-time: no allocation; time grows with frames, active sources and voices. Sources with an empty delay line and a
     /// decayed late reverb are skipped.
     pub fn render(&mut self, inputs: &[&[f32]], output: &mut [f32]) -> BlockReport {
+        self.render_with_bed(inputs, &[], output)
+    }
+
+    /// [`Self::render`] with a mono signal that is heard as it is, without a position, in front of the limiter.
+    pub fn render_with_bed(
+        &mut self,
+        inputs: &[&[f32]],
+        bed: &[f32],
+        output: &mut [f32],
+    ) -> BlockReport {
         let frames = output.len() / 2;
         let mut start = 0;
         while start < frames {
@@ -296,6 +306,11 @@ impl Generator {
             start += count;
         }
         output[2 * frames..].fill(0.0);
+        for (pair, sample) in output.chunks_exact_mut(2).zip(bed) {
+            if sample.abs() < MAX_SAMPLE {
+                pair.iter_mut().for_each(|value| *value += sample);
+            }
+        }
         let mut report = std::mem::take(&mut self.report);
         if let Some(limiter) = &mut self.limiter {
             report.limiter_gain_min = limiter.process(output);

@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 use crate::acoustics::{BANDS, BandArray, Material};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::propagation::amplitude::{apply_directivity, free_field};
+use crate::propagation::amplitude::free_field;
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::path::{MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use crate::scene::{Scene, SourceId, SourcePose};
@@ -24,6 +24,30 @@ const PARALLEL: f32 = 0.985;
 /// Least amplitude relative to the free field: −120 dB.
 const INAUDIBLE: f32 = 1e-6;
 
+/// The straight path between two points in world coordinates as if nothing were between them, without directivity. Below
+/// `min_distance_m` the amplitude is constant. Real-time safe.
+pub fn unoccluded_path(
+    scene: &Scene,
+    source: SourceId,
+    from: Vec3,
+    to: Vec3,
+    min_distance_m: f64,
+) -> Path {
+    let length_m = scene.to_local(from).distance(scene.to_local(to));
+    Path {
+        id: Sequence::default().path_id(scene, source),
+        source,
+        order: 0,
+        diffraction_order: 0,
+        surfaces: [0; MAX_ORDER],
+        edges: [0; MAX_DIFFRACTION_ORDER],
+        points: [Vec3::ZERO; MAX_ORDER],
+        image: from,
+        length_m: length_m as f32,
+        amplitude: free_field(scene, length_m, min_distance_m),
+    }
+}
+
 /// The direct path between two points in world coordinates without directivity, or `None` where [`transmission`] has none.
 /// Below `min_distance_m` the amplitude is constant. Adds the rays cast to `rays`. Real-time safe.
 pub fn direct_path(
@@ -34,29 +58,16 @@ pub fn direct_path(
     min_distance_m: f64,
     rays: &mut u64,
 ) -> Option<Path> {
-    let (local_from, local_to) = (scene.to_local(from), scene.to_local(to));
-    let through = transmission(scene, local_from, local_to, rays)?;
-    let length_m = local_from.distance(local_to);
-    let mut amplitude = free_field(scene, length_m, min_distance_m);
-    for (value, factor) in amplitude.iter_mut().zip(through) {
+    let through = transmission(scene, scene.to_local(from), scene.to_local(to), rays)?;
+    let mut path = unoccluded_path(scene, source, from, to, min_distance_m);
+    for (value, factor) in path.amplitude.iter_mut().zip(through) {
         *value *= factor;
     }
-    Some(Path {
-        id: Sequence::default().path_id(scene, source),
-        source,
-        order: 0,
-        diffraction_order: 0,
-        surfaces: [0; MAX_ORDER],
-        edges: [0; MAX_DIFFRACTION_ORDER],
-        points: [Vec3::ZERO; MAX_ORDER],
-        image: from,
-        length_m: length_m as f32,
-        amplitude,
-    })
+    Some(path)
 }
 
-/// [`direct_path`] of a source, with its directivity and as far as its effects permit. `default_min_distance_m` applies to
-/// sources without a least distance of their own.
+/// [`direct_path`] of a source as far as its effects permit. `default_min_distance_m` applies to sources without a least
+/// distance of their own.
 pub fn direct_path_of(
     scene: &Scene,
     source: &SourcePose,
@@ -77,9 +88,7 @@ pub fn direct_path_of(
         }
     }
     let min_distance_m = source.settings.min_distance_m(default_min_distance_m);
-    let mut path = direct_path(scene, source.id, from, to, min_distance_m, rays)?;
-    apply_directivity(&mut path.amplitude, source, to - from);
-    Some(path)
+    direct_path(scene, source.id, from, to, min_distance_m, rays)
 }
 
 /// One intersection of the line with a surface.

@@ -5,6 +5,8 @@
 use glam::Vec3;
 
 use super::directivity::Directivity;
+use super::source_mix::SourceMix;
+use crate::error::Result;
 
 /// Parts of a source's sound that are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,8 +36,11 @@ impl Default for Effects {
     }
 }
 
+/// Priority of a source unless set.
+pub const DEFAULT_PRIORITY: u8 = 128;
+
 /// Properties of a source other than its pose.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct SourceSettings {
     /// Level by direction.
@@ -44,9 +49,38 @@ pub struct SourceSettings {
     pub radius_m: Option<f32>,
     /// Effects that are computed.
     pub effects: Effects,
+    /// Distance curve, gains of the parts, strengths.
+    pub mix: SourceMix,
+    /// Whether the source is heard without a position, such as music and the sounds of an interface: no propagation, no
+    /// HRTF, no late reverb. Stereo clips keep their channels. It takes no slot.
+    pub is_2d: bool,
+    /// Priority, 0 to 255, [`DEFAULT_PRIORITY`] unless set. With more sources than slots, those of higher priority get
+    /// slots of their own first.
+    pub priority: u8,
+}
+
+impl Default for SourceSettings {
+    fn default() -> Self {
+        Self {
+            directivity: Directivity::OMNI,
+            radius_m: None,
+            effects: Effects::default(),
+            mix: SourceMix::PHYSICAL,
+            is_2d: false,
+            priority: DEFAULT_PRIORITY,
+        }
+    }
 }
 
 impl SourceSettings {
+    /// Checks the ranges of the mix; other values out of range count as the nearest valid one.
+    ///
+    /// # Errors
+    /// [`Error::Setting`](crate::Error::Setting) names the value out of range.
+    pub fn check(&self) -> Result<()> {
+        self.mix.check()
+    }
+
     /// Distance in metres below which the level is constant, or `otherwise_m` if the source has none.
     pub fn min_distance_m(&self, otherwise_m: f64) -> f64 {
         match self.radius_m {

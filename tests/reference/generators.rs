@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use foresound::extrapolation::{FramePath, FramePaths, LATE_GROUPS, LateGroup, LateSend};
+use foresound::extrapolation::{FramePath, FramePaths, LATE_GROUPS, LateGroup, LateSend, PathKind};
 use foresound::generation::{Generator, GeneratorSettings, Hrtf};
 use foresound::propagation::PathId;
 use foresound::scene::SourceId;
@@ -44,9 +44,11 @@ pub fn path(id: u64, amplitude: f32, delay_s: f64, arrival: Vec3) -> FramePath {
     FramePath {
         id: PathId(id),
         source: SourceId::new(0, 0),
+        kind: PathKind::Reflected,
         order: 0,
         amplitude: [amplitude; 8],
         delay_s,
+        air_delay_s: delay_s,
         arrival,
         departure: Vec3::ZERO,
     }

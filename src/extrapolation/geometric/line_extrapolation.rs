@@ -70,6 +70,7 @@ impl PathLine {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::extrapolation::frame::PathKind;
     use crate::propagation::PathId;
     use crate::scene::SourceId;
     use glam::Vec3;
@@ -80,9 +81,11 @@ mod tests {
         FramePath {
             id: PathId(id),
             source: SourceId::default(),
+            kind: PathKind::Reflected,
             order: 1,
             amplitude: [1.0 / ray.length(); BANDS],
             delay_s: f64::from(ray.length()) / 343.4,
+            air_delay_s: f64::from(ray.length()) / 343.4,
             arrival: ray.normalize(),
             departure: Vec3::ZERO,
         }

@@ -140,7 +140,7 @@ impl FramePlan {
             let fraction = (read - read.floor()) as f32;
             air = context
                 .air
-                .of(&context.air_np_per_s, path.delay_s, fraction);
+                .of(&context.air_np_per_s, path.air_delay_s, fraction);
         }
         if let Some(air) = &air {
             for (value, response) in amplitude.iter_mut().zip(air.response) {

@@ -82,6 +82,7 @@ pub(crate) fn rank(path: &FramePath, index: usize) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::extrapolation::PathKind;
     use crate::propagation::PathId;
     use crate::scene::SourceId;
     use glam::Vec3;
@@ -90,9 +91,11 @@ mod tests {
         FramePath {
             id: PathId(id),
             source: SourceId::new(0, 0),
+            kind: PathKind::Reflected,
             order: 0,
             amplitude: [amplitude; 8],
             delay_s: 0.1,
+            air_delay_s: 0.1,
             arrival: Vec3::X,
             departure: Vec3::ZERO,
         }

@@ -48,13 +48,34 @@ impl DirectEdges {
 }
 
 /// Result of [`direct_field`].
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub struct DirectField {
     /// Whether source and listener are mutually visible or the source's diffraction is off: other diffracted paths are
     /// then not searched.
     pub visible: bool,
     /// Edges visible from both ends with a wave above [`MIN_RELATIVE_AMPLITUDE`].
     pub edges: DirectEdges,
+    /// Pressure factor of what is on the straight line per band: 1 where nothing is, 0 where it is opaque or the source's
+    /// transmission is off.
+    pub through: BandArray,
+}
+
+impl Default for DirectField {
+    /// Nothing between source and listener.
+    fn default() -> Self {
+        Self {
+            visible: true,
+            edges: DirectEdges::default(),
+            through: [1.0; BANDS],
+        }
+    }
+}
+
+/// Amplitude of a straight path relative to the free field, 0 without a path.
+fn through(straight: Option<&Path>, free: &BandArray) -> BandArray {
+    straight.map_or([0.0; BANDS], |path| {
+        std::array::from_fn(|b| (path.amplitude[b] / free[b].max(f32::MIN_POSITIVE)).min(1.0))
+    })
 }
 
 /// A path over one edge.
@@ -252,20 +273,28 @@ pub fn direct_field(
         min_distance_m,
     } = *endpoints;
     let effects = source.settings.effects;
-    let mut result = DirectField {
-        visible: true,
-        ..DirectField::default()
-    };
+    let mut result = DirectField::default();
+    let straight_m = scene.to_local(from).distance(scene.to_local(to));
+    let free = free_field(scene, straight_m, min_distance_m);
     if !effects.diffraction {
+        if !effects.direct {
+            return result;
+        }
         let straight = direct_path_of(scene, source, to, min_distance_m, rays);
-        straight.into_iter().for_each(emit);
+        result.through = through(straight.as_ref(), &free);
+        if let Some(mut path) = straight {
+            apply_directivity(&mut path.amplitude, source, to - from);
+            emit(path);
+        }
         return result;
     }
     let mut straight = direct_path(scene, source.id, from, to, min_distance_m, rays);
-    let straight_m = scene.to_local(from).distance(scene.to_local(to));
-    let free = free_field(scene, straight_m, min_distance_m);
     // A wall without any loss does not occlude.
     result.visible = straight.is_some_and(|path| path.amplitude == free);
+    if !result.visible {
+        let heard = straight.as_ref().filter(|_| effects.transmission);
+        result.through = through(heard, &free);
+    }
     if !effects.direct || !(result.visible || effects.transmission) {
         straight = None;
     }

@@ -94,7 +94,7 @@ pub fn update(
         _ => scene.diffracting_edges(near, from, to, longest_m),
     };
     let listed = near.as_slice().iter().map(|found| found.edge);
-    let DirectField { visible, edges } = direct_field(scene, endpoints, listed, rays, emit);
+    let DirectField { visible, edges, .. } = direct_field(scene, endpoints, listed, rays, emit);
     let mut result = NearEdges {
         direct: edges,
         ..NearEdges::default()

@@ -1,6 +1,6 @@
 //! Estimated energy of a source at the listener, and masking by other sources. Own.
 //!
-//! Control side. Uses distance, gain and directivity and ignores occlusion: a source behind a door is ready when it
+//! Control side. Uses distance, its curve, gain and directivity and ignores occlusion: a source behind a door is ready when it
 //! opens.
 
 use glam::Vec3;
@@ -18,7 +18,7 @@ const MASKED: f32 = 1e-6;
 const HYSTERESIS: f32 = 0.25;
 
 /// Distance in metres below which energy is constant.
-const MIN_DISTANCE_M: f32 = 0.3;
+pub(super) const MIN_DISTANCE_M: f32 = 0.3;
 
 /// Energy at the listener of a source that plays at full scale, without walls.
 pub(super) fn energy(pose: &SourcePose, gain: f32, listener: Vec3) -> f32 {
@@ -27,7 +27,9 @@ pub(super) fn energy(pose: &SourcePose, gain: f32, listener: Vec3) -> f32 {
     let factor = pose.factor_towards(offset.normalize_or(Vec3::NEG_Z));
     // Reflections arrive from all directions: a source facing away remains audible.
     let directed: f32 = factor.iter().map(|f| f * f).sum::<f32>() / BANDS as f32;
-    gain * gain * directed.max(0.1) / (distance_m * distance_m)
+    let curve = pose.settings.mix.distance;
+    let amplitude = gain * curve.ratio(distance_m, MIN_DISTANCE_M) / distance_m;
+    amplitude * amplitude * directed.max(0.1)
 }
 
 /// Whether a source of this energy is audible; `all` is the energy of all sources including it.

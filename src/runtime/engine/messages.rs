@@ -16,12 +16,15 @@ use crate::runtime::engine::sample_source::SampleSource;
 /// No slot: the source is inaudible.
 pub(super) const NO_SLOT: u16 = u16::MAX;
 
+/// The bed of sources without a position, in place of a slot.
+pub(super) const BED: u16 = u16::MAX - 1;
+
 /// The slot and gain of a source.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct SourceRoute {
     /// The app's source.
     pub(super) id: SourceId,
-    /// The generator's slot, or [`NO_SLOT`].
+    /// The generator's slot, [`BED`] or [`NO_SLOT`].
     pub(super) slot: u16,
     pub(super) gain: f32,
 }

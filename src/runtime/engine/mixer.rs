@@ -4,7 +4,7 @@
 //! cross-fades and changes again only after that; a source without a slot advances its samples silently. A source that
 //! ends leaves a fade in its slot ([`ReleaseTails`]). Gains are smoothed ([`SmoothedGain`]).
 
-use super::messages::{NO_SLOT, SampleSourceChange, SourceRoute};
+use super::messages::{BED, NO_SLOT, SampleSourceChange, SourceRoute};
 use super::smooth_gain::{CrossFade, SmoothedGain, mix_into};
 use crate::runtime::engine::release_tails::{RELEASE_FRAMES, ReleaseTails};
 use crate::runtime::engine::sample_source::SampleSource;
@@ -57,10 +57,12 @@ impl MixerSource {
     }
 }
 
-/// All sources, and the slots that they are mixed into.
+/// All sources, and the slots and the bed that they are mixed into.
 pub(super) struct Mixer {
     sources: Vec<MixerSource>,
     block: usize,
+    /// Slots of the generator; one more is the bed.
+    slots: usize,
     /// One block per slot.
     inputs: Vec<f32>,
     /// Whether a slot is not silent.
@@ -75,9 +77,10 @@ impl Mixer {
         Self {
             sources: (0..sources).map(|_| MixerSource::default()).collect(),
             block,
-            inputs: vec![0.0; slots * block],
-            active_slots: vec![false; slots],
-            tails: ReleaseTails::new(slots),
+            slots,
+            inputs: vec![0.0; (slots + 1) * block],
+            active_slots: vec![false; slots + 1],
+            tails: ReleaseTails::new(slots + 1),
             scratch: vec![0.0; block],
             rate_hz: rate_hz as f32,
         }
@@ -103,14 +106,18 @@ impl Mixer {
             let Some(source) = self.sources.get_mut(route.id.slot()) else {
                 continue;
             };
+            let slot = match route.slot {
+                BED => self.slots as u16,
+                slot => slot,
+            };
             if source.current != Some(route.id) {
                 // A new source begins at its own gain, without a fade.
                 source.release(&mut self.tails);
                 source.gain = SmoothedGain::at(route.gain);
-                (source.slot, source.fade) = (route.slot, 1.0);
+                (source.slot, source.fade) = (slot, 1.0);
                 source.previous_fade = 0.0;
             }
-            source.next_slot = route.slot;
+            source.next_slot = slot;
             source.current = Some(route.id);
             source.is_present = true;
             source.target_gain = route.gain;
@@ -192,11 +199,22 @@ impl Mixer {
 
     /// Writes one slice per slot to `inputs`, empty for silence; returns the number of slots.
     pub(super) fn inputs<'a>(&'a self, frames: usize, inputs: &mut [&'a [f32]]) -> usize {
-        let blocks = self.inputs.chunks(self.block);
-        for ((input, block), sounds) in inputs.iter_mut().zip(blocks).zip(&self.active_slots) {
-            *input = if *sounds { &block[..frames] } else { &[] };
+        for (slot, input) in inputs.iter_mut().enumerate().take(self.slots) {
+            *input = self.input(slot, frames);
         }
-        self.active_slots.len()
+        self.slots
+    }
+
+    /// The sources without a position, empty for silence.
+    pub(super) fn bed(&self, frames: usize) -> &[f32] {
+        self.input(self.slots, frames)
+    }
+
+    fn input(&self, slot: usize, frames: usize) -> &[f32] {
+        match self.active_slots[slot] {
+            true => &self.inputs[slot * self.block..][..frames],
+            false => &[],
+        }
     }
 }
 

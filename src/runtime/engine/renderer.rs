@@ -109,6 +109,7 @@ impl Renderer {
         let mut frame_paths = FramePaths::default();
         let paths = PredictorState::most_paths(settings.max_paths) + slots;
         frame_paths.paths.reserve(paths);
+        frame_paths.obstructions.reserve(slots);
         frame_paths
             .late
             .reserve(slots * LATE_SEGMENTS * LATE_GROUPS);
@@ -248,7 +249,8 @@ impl Renderer {
         add(&self.parts.metrics.mixed_frames, frames as u64);
         let mut inputs: [&[f32]; MAX_SLOTS] = [&[]; MAX_SLOTS];
         let slots = self.mixer.inputs(frames, &mut inputs);
-        let made = self.parts.generator.render(&inputs[..slots], output);
+        let generator = &mut self.parts.generator;
+        let made = generator.render_with_bed(&inputs[..slots], self.mixer.bed(frames), output);
         report.voices = made.voices;
         self.voices = made.voices;
         report.dropped_paths += made.dropped_paths + made.dropped_delays;

@@ -136,12 +136,15 @@ impl SourceTable {
             let advice = "give a unit quaternion; the last good pose is kept";
             return Err(Error::setting("orientation", problem, advice));
         }
+        pose.settings.check()?;
         state.pose = *pose;
         Ok(())
     }
 
     pub(super) fn configure(&mut self, id: SourceId, settings: SourceSettings) -> Result<()> {
-        self.state_mut(id)?.pose.settings = settings;
+        let state = self.state_mut(id)?;
+        settings.check()?;
+        state.pose.settings = settings;
         Ok(())
     }
 

@@ -3,15 +3,17 @@
 //! Control side, once a tick; bounded by sources times slots. Later stages process slots only, so their cost does not
 //! grow with the number of sources. The loudest sources have slots of their own. The others share slots with their
 //! perceptual neighbours; a shared slot is at the position of its loudest member and plays all members at their own
-//! levels. Masked sources are silent and advance their samples.
+//! levels, with their distance curves and without the rest of their settings. Masked sources are silent and advance their samples.
 //!
 //! A source changes slots only for a clear gain and after [`DWELL_S`]; the renderer cross-fades. A slot is released
 //! between two sources ([`SlotRelease`]), so the sound of one does not move to the position of the next. Deterministic.
 
+use std::cmp::Ordering;
+
 use glam::Vec3;
 
-use crate::runtime::engine::audibility::{energy, is_audible};
-use crate::runtime::engine::messages::{NO_SLOT, SourceRoute};
+use crate::runtime::engine::audibility::{MIN_DISTANCE_M, energy, is_audible};
+use crate::runtime::engine::messages::{BED, NO_SLOT, SourceRoute};
 use crate::runtime::engine::slot_release::{PlaybackProgress, SlotRelease};
 use crate::scene::{SourceId, SourcePose};
 
@@ -42,6 +44,13 @@ pub(crate) struct VirtualSource {
     pub(crate) plays: bool,
 }
 
+impl VirtualSource {
+    /// Whether it is heard without a position, and needs no slot.
+    pub(crate) fn is_2d(&self) -> bool {
+        self.pose.settings.is_2d
+    }
+}
+
 /// Slot of a source.
 #[derive(Debug, Clone, Copy)]
 struct Assignment {
@@ -50,6 +59,24 @@ struct Assignment {
     since_s: f64,
     audible: bool,
     energy: f32,
+    priority: u8,
+}
+
+impl Assignment {
+    /// Order in which sources get own slots: by priority, then by energy.
+    fn cmp_importance(&self, other: &Self) -> Ordering {
+        let by_priority = self.priority.cmp(&other.priority);
+        by_priority.then(self.energy.total_cmp(&other.energy))
+    }
+
+    /// Whether the source replaces the owner of a slot.
+    fn displaces(&self, owner: &Self) -> bool {
+        match self.priority.cmp(&owner.priority) {
+            Ordering::Less => false,
+            Ordering::Equal => self.energy > CLEARLY_LOUDER * owner.energy,
+            Ordering::Greater => true,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -92,6 +119,7 @@ impl SourceVirtualizer {
             since_s: f64::NEG_INFINITY,
             audible: false,
             energy: 0.0,
+            priority: 0,
         };
         let slot = RenderSlot {
             generation: 0,
@@ -143,30 +171,31 @@ impl SourceVirtualizer {
         sources: impl Iterator<Item = VirtualSource> + Clone,
         listener: Vec3,
     ) {
-        let loudness = |source: &VirtualSource| match source.plays {
+        let loudness = |source: &VirtualSource| match source.plays && !source.is_2d() {
             true => energy(&source.pose, source.gain, listener),
             false => 0.0,
         };
         let all: f32 = sources.clone().map(|source| loudness(&source)).sum();
-        let mut present = sources
-            .map(|source| (source.pose.id, loudness(&source)))
-            .peekable();
+        let mut present = sources.map(|source| (source, loudness(&source))).peekable();
         self.masked = 0;
         for index in 0..self.assignments.len() {
-            let source = present.next_if(|(id, _)| id.slot() == index);
+            let source = present.next_if(|(source, _)| source.pose.id.slot() == index);
             let assignment = self.assignments[index];
-            let same = source.is_some_and(|(id, _)| id == assignment.id);
+            let same = source.is_some_and(|(source, _)| source.pose.id == assignment.id);
             if !same {
                 self.release(index);
                 self.assignments[index].audible = false;
                 self.assignments[index].since_s = f64::NEG_INFINITY;
             }
-            let Some((id, energy)) = source else { continue };
+            let Some((source, energy)) = source else {
+                continue;
+            };
             let assignment = &mut self.assignments[index];
-            (assignment.id, assignment.energy) = (id, energy);
+            (assignment.id, assignment.energy) = (source.pose.id, energy);
+            assignment.priority = source.pose.settings.priority;
             assignment.audible = is_audible(energy, all, assignment.audible);
             if !assignment.audible {
-                self.masked += 1;
+                self.masked += u32::from(!source.is_2d());
                 self.release(index);
             }
         }
@@ -209,7 +238,8 @@ impl SourceVirtualizer {
         self.time_s - self.assignments[index].since_s >= DWELL_S
     }
 
-    /// Assigns free own slots to the loudest sources without one; a clearly louder source displaces the faintest owner.
+    /// Assigns free own slots to the loudest sources without one; a clearly louder source displaces the least owner.
+    /// Priority counts before loudness.
     fn assign_own_slots(&mut self, sources: impl Iterator<Item = VirtualSource>) {
         self.waiting.clear();
         for source in sources {
@@ -222,8 +252,8 @@ impl SourceVirtualizer {
         }
         let assignments = &self.assignments;
         self.waiting.sort_unstable_by(|&a, &b| {
-            let louder = assignments[b].energy.total_cmp(&assignments[a].energy);
-            louder.then(a.cmp(&b))
+            let first = assignments[b].cmp_importance(&assignments[a]);
+            first.then(a.cmp(&b))
         });
         let mut next = 0;
         for slot in 0..self.first_shared {
@@ -232,7 +262,7 @@ impl SourceVirtualizer {
                 next += 1;
             }
         }
-        let Some(&loudest) = self.waiting.get(next) else {
+        let Some(&first) = self.waiting.get(next) else {
             return;
         };
         // A slot in release will be free soon: one owner at a time is displaced.
@@ -240,16 +270,12 @@ impl SourceVirtualizer {
             return;
         }
         let owners = (0..self.first_shared).filter_map(|slot| self.slots[slot].owner);
-        let faintest = owners
+        let least = owners
             .map(SourceId::slot)
             .filter(|&index| self.may_move(index))
-            .min_by(|&a, &b| {
-                self.assignments[a]
-                    .energy
-                    .total_cmp(&self.assignments[b].energy)
-            });
-        if let Some(index) = faintest
-            && self.assignments[loudest].energy > CLEARLY_LOUDER * self.assignments[index].energy
+            .min_by(|&a, &b| self.assignments[a].cmp_importance(&self.assignments[b]));
+        if let Some(index) = least
+            && self.assignments[first].displaces(&self.assignments[index])
         {
             self.release(index);
         }
@@ -336,13 +362,20 @@ impl SourceVirtualizer {
             let gain = match slot {
                 Some(slot) if slot >= self.first_shared => {
                     let at = self.slots[slot].position;
-                    source.gain * distance_gain(source.pose.position, at, listener)
+                    let pose = &source.pose;
+                    let curve = pose.settings.mix.distance;
+                    let ratio = curve.ratio(pose.position.distance(listener), MIN_DISTANCE_M);
+                    source.gain * ratio * distance_gain(pose.position, at, listener)
                 }
                 _ => source.gain,
             };
             routes.push(SourceRoute {
                 id: source.pose.id,
-                slot: slot.map_or(NO_SLOT, |slot| slot as u16),
+                slot: match slot {
+                    _ if source.is_2d() => BED,
+                    None => NO_SLOT,
+                    Some(slot) => slot as u16,
+                },
                 gain,
             });
         }

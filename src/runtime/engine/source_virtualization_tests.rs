@@ -61,7 +61,7 @@ impl Scenario {
             assert!(!std::mem::replace(&mut seen[source.id.slot()], true));
         }
         let mut members = vec![0; seen.len()];
-        for feed in self.routes.iter().filter(|feed| feed.slot != NO_SLOT) {
+        for feed in self.routes.iter().filter(|feed| feed.slot < BED) {
             assert!(seen[usize::from(feed.slot)], "{feed:?} has no slot");
             assert!(feed.gain.is_finite() && feed.gain >= 0.0);
             members[usize::from(feed.slot)] += 1;
@@ -122,6 +122,35 @@ fn the_loudest_have_own_slots_and_others_are_near_theirs() {
         scenario.tick();
     }
     assert_eq!(scenario.moves, moves, "moves without a change");
+}
+
+#[test]
+fn priority_counts_before_loudness_and_2d_needs_no_slot() {
+    let mut sources: Vec<VirtualSource> = (0..40)
+        .map(|n| source(n, position_around(n, 3.0)))
+        .collect();
+    // Faint, but audible.
+    sources[30].gain = 0.05;
+    sources[31].pose.settings.is_2d = true;
+    let mut scenario = Scenario::new(sources, 16);
+    for _ in 0..60 {
+        scenario.tick();
+    }
+    assert!(scenario.slot_of(30) >= 12);
+    assert_eq!(scenario.slot_of(31), BED);
+    assert_eq!(scenario.virtualizer.masked, 0);
+    scenario.sources[30].pose.settings.priority = 129;
+    for _ in 0..60 {
+        scenario.tick();
+    }
+    assert!(scenario.slot_of(30) < 12, "displaces a louder source");
+    for source in &mut scenario.sources[..20] {
+        source.gain = 4.0;
+    }
+    for _ in 0..60 {
+        scenario.tick();
+    }
+    assert!(scenario.slot_of(30) < 12, "stays");
 }
 
 #[test]

@@ -165,6 +165,7 @@ impl From<SourceFields> for NamedSource {
                 },
                 radius_m: fields.radius_m.map(|radius| radius.0 as f32),
                 effects,
+                ..SourceSettings::default()
             },
         }
     }

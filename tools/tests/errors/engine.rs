@@ -9,8 +9,8 @@ use foresound::runtime::{
     OfflineSettings, QualityChoice, QualityLevel, Schedule, SoundThread, Threads,
 };
 use foresound::scene::{
-    InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId,
-    SourcePose,
+    DistanceCurve, DistanceTable, InstanceId, InstancePose, ListenerPose, MaterialTable, Scene,
+    SceneSettings, SourceId, SourceMix, SourcePose,
 };
 use glam::{DVec3, Quat, Vec3};
 
@@ -110,6 +110,19 @@ fn at_work(errors: &mut Errors) {
     let stale = SourceId::new(7, 7);
     errors.of("a stale source", controller.remove_source(stale));
     errors.of("a gain", controller.set_source_gain(id, -1.0));
+    let mut wrong = |what: &str, change: fn(&mut SourceMix)| {
+        let mut settings = controller.source_settings(id).expect("is there");
+        change(&mut settings.mix);
+        errors.of(what, controller.configure_source(id, settings));
+    };
+    wrong("a strength", |mix| mix.occlusion = 2.0);
+    wrong("a curve", |mix| {
+        let (min_m, max_m) = (2.0, 1.0);
+        mix.distance = DistanceCurve::Linear { min_m, max_m };
+    });
+    errors.of("no point", DistanceTable::new(&[]));
+    errors.of("falling", DistanceTable::new(&[[2.0, 1.0], [1.0, 1.0]]));
+    errors.of("a table's gain", DistanceTable::new(&[[2.0, -1.0]]));
     errors.of("not finite", controller.move_source(id, Vec3::NAN));
     errors.of("an empty stream", controller.stream(id, 0).map(drop));
     let flat = ListenerPose {

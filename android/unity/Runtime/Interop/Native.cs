@@ -138,6 +138,21 @@ namespace Foresound.Interop
         OpenslEs = 2,
     }
 
+    /// <summary>
+    /// Level by distance. It scales all sound of a source; delays and the levels of its paths relative to each other stay.
+    /// </summary>
+    public enum DistanceCurve : uint
+    {
+        /// <summary>One over the distance, 1 at 1 m.</summary>
+        Physical = 0,
+        /// <summary>
+        /// 1 up to the minimum distance, the minimum over the distance beyond it, constant from the maximum distance on.
+        /// </summary>
+        Inverse = 1,
+        /// <summary>1 up to the minimum distance, falling linearly to 0 at the maximum distance.</summary>
+        Linear = 2,
+    }
+
     /// <summary>Gravity of a message; as a limit, the least grave messages that are passed on.</summary>
     public enum LogLevel : uint
     {
@@ -586,7 +601,7 @@ namespace Foresound.Interop
     public unsafe struct SourceOptions
     {
         /// <summary>Bytes in C.</summary>
-        public const uint Bytes = 48;
+        public const uint Bytes = 100;
 
         /// <summary>
         /// Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
@@ -602,6 +617,43 @@ namespace Foresound.Interop
         /// Directivity in each octave band, from the lowest: 0 omnidirectional, 0.5 cardioid, 1 dipole.
         /// </summary>
         public fixed float Directivity[8];
+        /// <summary>Level by distance, unless the source has a distance table.</summary>
+        public DistanceCurve DistanceCurve;
+        /// <summary>Distance of full level in metres, for the inverse and the linear curve.</summary>
+        public float DistanceMinM;
+        /// <summary>
+        /// Distance in metres from which the level is constant (inverse curve) or 0 (linear curve), at most 1e6.
+        /// </summary>
+        public float DistanceMaxM;
+        /// <summary>Linear gain of the direct path, 0 to 1000.</summary>
+        public float DirectGain;
+        /// <summary>Linear gain of reflected paths, 0 to 1000.</summary>
+        public float ReflectionsGain;
+        /// <summary>Linear gain of diffracted paths, 0 to 1000.</summary>
+        public float DiffractionGain;
+        /// <summary>Linear gain of the late reverb, 0 to 1000.</summary>
+        public float LateGain;
+        /// <summary>
+        /// Strength of occlusion, 0 to 1; 1 is physics. At 0 the direct path is as loud as if nothing were in its way.
+        /// </summary>
+        public float Occlusion;
+        /// <summary>Linear gain of a direct path through walls, 0 to 4; 1 is physics.</summary>
+        public float Transmission;
+        /// <summary>
+        /// Factor of the delay of direct sound, 0 to 4, whose change is the Doppler shift; 1 is physics. Other sound keeps its
+        /// delay after the direct sound.
+        /// </summary>
+        public float Doppler;
+        /// <summary>Strength of the air's absorption along paths, 0 to 1; 1 is physics.</summary>
+        public float AirAbsorption;
+        /// <summary>
+        /// 1: heard without a position, propagation and late reverb, such as music; stereo clips keep their channels.
+        /// </summary>
+        public uint Is2d;
+        /// <summary>
+        /// 0 to 255: with more sources than slots, those of higher priority get slots of their own first.
+        /// </summary>
+        public uint Priority;
     }
 
     /// <summary>
@@ -872,6 +924,14 @@ namespace Foresound.Interop
         [DllImport(Library, EntryPoint = "foresound_source_set_directivity_table", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SourceSetDirectivityTable(
             ulong engine, uint source, float* levelsDb, UIntPtr levels);
+
+        /// <summary>
+        /// Sets a source's distance table from the next tick on, which replaces the options' curve: pairs of a distance in
+        /// metres and a linear gain (0 to 1000) at rising distances, 1 to 16 pairs; straight lines between them. `values`:
+        /// their number, 2 x pairs; 0 for no table. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_source_set_distance_table", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourceSetDistanceTable(ulong engine, uint source, float* points, UIntPtr values);
 
         /// <summary>Sets a source's linear gain, 0 to 1000, from the next tick on. Control thread.</summary>
         [DllImport(Library, EntryPoint = "foresound_source_set_gain", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]

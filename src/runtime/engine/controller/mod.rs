@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use super::messages::{AudioFrame, SampleSourceChange, SourceRoute, WorldFrame};
+use super::messages::{AudioFrame, BED, SampleSourceChange, SourceRoute, WorldFrame};
 use super::path_snapshot::{PathSnapshot, SnapshotPath};
 use super::propagation_thread::Propagation;
 use super::scene_builder::SceneBuilder;
@@ -213,9 +213,16 @@ impl Controller {
         self.slot_poses.clear();
         self.routes.clear();
         self.sources.advance_releases(&progress, self.release_s);
-        for VirtualSource { pose, gain, .. } in self.sources.iter_released() {
-            self.slot_poses.push(pose);
-            let (id, slot) = (pose.id, pose.id.slot() as u16);
+        for source in self.sources.iter_released() {
+            let VirtualSource { pose, gain, .. } = source;
+            let id = pose.id;
+            let slot = match source.is_2d() {
+                true => BED,
+                false => id.slot() as u16,
+            };
+            if slot != BED {
+                self.slot_poses.push(pose);
+            }
             self.routes.push(SourceRoute { id, slot, gain });
         }
     }

@@ -50,11 +50,11 @@ impl Controller {
         self.sources.move_to(id, position.into())
     }
 
-    /// Sets a source's directivity, radius and effects from the next tick on, until a pose with other settings. A pose that
+    /// Sets a source's directivity, radius, effects and mix from the next tick on, until a pose with other settings. A pose that
     /// [`Self::tick`] refuses changes nothing of it.
     ///
     /// # Errors
-    /// [`Error::StaleSource`].
+    /// [`Error::StaleSource`]; [`Error::Setting`] names a value of the mix out of range: the settings stay.
     pub fn configure_source(&mut self, id: SourceId, settings: SourceSettings) -> Result<()> {
         self.sources.configure(id, settings)
     }

@@ -57,6 +57,7 @@ final class Native {
     static native void sourceOptionsDefault(double[] options);
     static native void sourceConfigure(long engine, int source, double[] options);
     static native void sourceSetDirectivityTable(long engine, int source, float[] levelsDb);
+    static native void sourceSetDistanceTable(long engine, int source, float[] points);
     static native void sourceSetGain(long engine, int source, float gain);
     static native void sourceMute(long engine, int source, boolean muted);
     static native void sourcePlay(long engine, int source, long clip, boolean looped);
@@ -121,11 +122,24 @@ final class Native {
     }
 
     static final class SourceOptions {
-        static final int LENGTH = 11;
+        static final int LENGTH = 24;
         static final int EFFECTS = 0;
         static final int RADIUS_M = 1;
         static final int ORDER = 2;
         static final int DIRECTIVITY = 3;
+        static final int DISTANCE_CURVE = 11;
+        static final int DISTANCE_MIN_M = 12;
+        static final int DISTANCE_MAX_M = 13;
+        static final int DIRECT_GAIN = 14;
+        static final int REFLECTIONS_GAIN = 15;
+        static final int DIFFRACTION_GAIN = 16;
+        static final int LATE_GAIN = 17;
+        static final int OCCLUSION = 18;
+        static final int TRANSMISSION = 19;
+        static final int DOPPLER = 20;
+        static final int AIR_ABSORPTION = 21;
+        static final int IS_2D = 22;
+        static final int PRIORITY = 23;
     }
 
     static final class PropagationOptions {
@@ -293,6 +307,12 @@ final class Native {
         static final int TRANSMISSION = 8;
         static final int LATE_REVERB = 16;
         static final int ALL = 31;
+    }
+
+    static final class DistanceCurve {
+        static final int PHYSICAL = 0;
+        static final int INVERSE = 1;
+        static final int LINEAR = 2;
     }
 
     static final class DeviceHint {

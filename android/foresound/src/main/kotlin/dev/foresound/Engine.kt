@@ -208,6 +208,8 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
     internal fun setDirectivityTable(id: Int, levelsDb: FloatArray) =
         Native.sourceSetDirectivityTable(handle, id, levelsDb)
 
+    internal fun setDistanceTable(id: Int, points: FloatArray) = Native.sourceSetDistanceTable(handle, id, points)
+
     internal fun configure(id: Int, options: DoubleArray) = Native.sourceConfigure(handle, id, options)
 
     internal fun setGain(id: Int, gain: Float) = Native.sourceSetGain(handle, id, gain)

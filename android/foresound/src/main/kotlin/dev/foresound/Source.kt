@@ -77,6 +77,13 @@ class Source internal constructor(
         engine.setDirectivityTable(id, FloatArray(8 * rowsDb.size) { rowsDb[it / 8][it % 8] })
     }
 
+    /**
+     * Sets its distance table, which replaces [SourceOptions.distanceCurve]: pairs of a distance in metres and a linear gain (0 to
+     * 1000) at rising distances, 1 to 16 pairs; straight lines between them. No pair: no table.
+     */
+    fun setDistanceTable(points: List<Pair<Float, Float>>) =
+        engine.setDistanceTable(id, FloatArray(2 * points.size) { points[it / 2].toList()[it % 2] })
+
     /** Sets its linear gain, 0 to 1000. */
     fun setGain(gain: Float) = engine.setGain(id, gain)
 
@@ -97,6 +104,18 @@ class Source internal constructor(
     override fun close() = engine.remove(this)
 }
 
+/** Level by distance. It scales all sound of a source; delays and the levels of its paths relative to each other stay. */
+enum class DistanceCurve {
+    /** One over the distance, 1 at 1 m. */
+    PHYSICAL,
+
+    /** 1 up to the minimum distance, the minimum over the distance beyond it, constant from the maximum distance on. */
+    INVERSE,
+
+    /** 1 up to the minimum distance, falling linearly to 0 at the maximum distance. */
+    LINEAR,
+}
+
 /** Settings of a source. */
 class SourceOptions @JvmOverloads constructor(
     /** Computed parts of its sound. */
@@ -111,6 +130,29 @@ class SourceOptions @JvmOverloads constructor(
     var directivity: FloatArray = FloatArray(8),
     /** Exponent of the directivity, 0 to 64. */
     var order: Float = 1f,
+    /** Level by distance, unless the source has a distance table. */
+    var distanceCurve: DistanceCurve = DistanceCurve.PHYSICAL,
+    /** Distance of full level in metres, for the inverse and the linear curve. */
+    var distanceMinM: Float = 1f,
+    /** Distance in metres from which the level is constant (inverse curve) or 0 (linear curve). */
+    var distanceMaxM: Float = 100f,
+    /** Linear gains of the parts of its sound, 0 to 1000. */
+    var directGain: Float = 1f,
+    var reflectionsGain: Float = 1f,
+    var diffractionGain: Float = 1f,
+    var lateGain: Float = 1f,
+    /** Strength of occlusion, 0 to 1; 1 is physics. At 0 the direct path is as loud as if nothing were in its way. */
+    var occlusion: Float = 1f,
+    /** Linear gain of a direct path through walls, 0 to 4; 1 is physics. */
+    var transmissionGain: Float = 1f,
+    /** Factor of the delay of direct sound, 0 to 4, whose change is the Doppler shift; 1 is physics. */
+    var doppler: Float = 1f,
+    /** Strength of the air's absorption along paths, 0 to 1; 1 is physics. */
+    var airAbsorption: Float = 1f,
+    /** Heard without a position, propagation and late reverb, such as music; stereo clips keep their channels. */
+    var is2d: Boolean = false,
+    /** 0 to 255: with more sources than slots, those of higher priority get slots of their own first. */
+    var priority: Int = 128,
 ) {
     internal fun numbers(): DoubleArray {
         require(directivity.size == 8) { "directivity has ${directivity.size} bands instead of 8" }
@@ -126,6 +168,19 @@ class SourceOptions @JvmOverloads constructor(
         numbers[Native.SourceOptions.EFFECTS] = bits.toDouble()
         numbers[Native.SourceOptions.RADIUS_M] = radiusM.toDouble()
         numbers[Native.SourceOptions.ORDER] = order.toDouble()
+        numbers[Native.SourceOptions.DISTANCE_CURVE] = distanceCurve.ordinal.toDouble()
+        numbers[Native.SourceOptions.DISTANCE_MIN_M] = distanceMinM.toDouble()
+        numbers[Native.SourceOptions.DISTANCE_MAX_M] = distanceMaxM.toDouble()
+        numbers[Native.SourceOptions.DIRECT_GAIN] = directGain.toDouble()
+        numbers[Native.SourceOptions.REFLECTIONS_GAIN] = reflectionsGain.toDouble()
+        numbers[Native.SourceOptions.DIFFRACTION_GAIN] = diffractionGain.toDouble()
+        numbers[Native.SourceOptions.LATE_GAIN] = lateGain.toDouble()
+        numbers[Native.SourceOptions.OCCLUSION] = occlusion.toDouble()
+        numbers[Native.SourceOptions.TRANSMISSION] = transmissionGain.toDouble()
+        numbers[Native.SourceOptions.DOPPLER] = doppler.toDouble()
+        numbers[Native.SourceOptions.AIR_ABSORPTION] = airAbsorption.toDouble()
+        numbers[Native.SourceOptions.IS_2D] = if (is2d) 1.0 else 0.0
+        numbers[Native.SourceOptions.PRIORITY] = priority.toDouble()
         directivity.forEachIndexed { band, weight -> numbers[Native.SourceOptions.DIRECTIVITY + band] = weight.toDouble() }
         return numbers
     }
