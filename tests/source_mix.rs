@@ -77,6 +77,9 @@ impl World {
     }
 }
 
+type Change = fn(&mut SourceMix);
+type Applies = fn(PathKind) -> bool;
+
 fn mix(change: impl FnOnce(&mut SourceMix)) -> SourceMix {
     let mut mix = SourceMix::default();
     change(&mut mix);
@@ -138,7 +141,7 @@ fn each_gain_changes_its_part_only() {
         let has = |kind| physics.paths.iter().any(|path| path.kind == kind);
         assert!(has(PathKind::Reflected) && has(PathKind::Diffracted));
         assert_eq!(has(PathKind::Direct), !is_blocked);
-        let changes: [(fn(&mut SourceMix), fn(PathKind) -> bool); 4] = [
+        let changes: [(Change, Applies); 4] = [
             (|mix| mix.direct_gain = 0.5, PathKind::is_straight),
             (
                 |mix| mix.reflections_gain = 0.5,
@@ -238,7 +241,7 @@ fn doppler_scales_the_delay_of_direct_sound_and_air_can_be_left_out() {
     for (path, plain) in pairs(&mixed, &physics) {
         assert_eq!((path.air_delay_s, path.delay_s), (0.0, plain.delay_s));
         let length_m = (plain.delay_s * speed_m_s) as f32;
-        for (b, np) in world.scene.air_np_per_m().into_iter().enumerate() {
+        for (b, np) in world.scene.air_np_per_m().iter().enumerate() {
             let wanted = plain.amplitude[b] * (np * length_m).exp();
             assert!((path.amplitude[b] - wanted).abs() <= 1e-5 * wanted.abs());
         }

@@ -237,6 +237,9 @@ impl SourceMix {
 mod tests {
     use super::*;
 
+    /// Sets one value.
+    type Set = fn(&mut SourceMix, f32);
+
     /// The absolute gain of a curve in the free field.
     fn gain(curve: DistanceCurve, distance_m: f32) -> f32 {
         curve.ratio(distance_m, 0.3) / distance_m.max(0.3)
@@ -271,7 +274,7 @@ mod tests {
 
     #[test]
     fn values_out_of_range_are_refused_by_name() {
-        let mixes: [(&str, fn(&mut SourceMix, f32)); 8] = [
+        let mixes: [(&str, Set); 8] = [
             ("direct_gain", |mix, value| mix.direct_gain = value),
             ("reflections_gain", |mix, value| {
                 mix.reflections_gain = value
