@@ -3,7 +3,9 @@
 
 use std::sync::Arc;
 
-use foresound::extrapolation::{Extrapolator, FramePath, FramePaths, PathKind, PredictorKind};
+use foresound::extrapolation::{
+    Extrapolator, FramePath, FramePaths, LateSend, PathKind, PredictorKind,
+};
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::runtime::{
     AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, FrameTime, Renderer,
@@ -234,6 +236,21 @@ fn doppler_scales_the_delay_of_direct_sound_and_air_can_be_left_out() {
             assert_eq!(
                 (path.amplitude, path.air_delay_s),
                 (plain.amplitude, plain.air_delay_s)
+            );
+        }
+        for (send, plain) in mixed.late.iter().zip(&physics.late) {
+            let wanted_s = f64::from(plain.start_s) + later_s;
+            assert!((f64::from(send.start_s) - wanted_s).abs() < 1e-6);
+            // The energy at the start stays.
+            let decay_s = mixed.late_groups[usize::from(send.group)].decay_time_s[4];
+            let at_start = |send: &LateSend| {
+                let nepers = 13.815_511 * f64::from(send.start_s) / f64::from(decay_s);
+                f64::from(send.energy_per_s[4]) * (-nepers).exp()
+            };
+            let (found, wanted) = (at_start(send), at_start(plain));
+            assert!(
+                (found - wanted).abs() <= 1e-4 * wanted,
+                "{found} instead of {wanted}"
             );
         }
     }

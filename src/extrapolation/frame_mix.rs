@@ -11,6 +11,7 @@ use crate::extrapolation::frame::{FramePath, LateSend, PathKind};
 use crate::propagation::amplitude::apply_directivity;
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::transmission::unoccluded_path;
+use crate::propagation::{LATE_GROUPS, LateGroup};
 use crate::scene::{DistanceCurve, ListenerPose, Scene, SourceId, SourceMix, SourcePose};
 
 /// Time constant of gains and strengths in seconds.
@@ -21,6 +22,11 @@ const NOTHING: f32 = 1e-4;
 const CURVE_FADE_S: f64 = 0.08;
 /// Largest compensation of the air's absorption in nepers: beyond it a path is inaudible anyway.
 const MAX_AIR_NP: f32 = 40.0;
+
+/// Nepers of energy in 60 dB.
+const NEPERS_OF_60_DB: f32 = 13.815_511;
+/// Bound for finite single precision, far above audible decays.
+const MAX_ENERGY_PER_S: f32 = 1e30;
 
 /// Values that are smoothed alike.
 const SMOOTHED: [fn(&mut SourceMix) -> &mut f32; 7] = [
@@ -217,12 +223,20 @@ impl FrameMix {
     }
 
     /// Applies gain, curve and Doppler strength to a late send.
-    pub(super) fn apply_to_late(&self, send: &mut LateSend) {
+    pub(super) fn apply_to_late(&self, send: &mut LateSend, groups: &[LateGroup; LATE_GROUPS]) {
         let gain = self.mix.late_gain * self.distance_ratio;
-        for energy in &mut send.energy_per_s {
+        let start_s = (send.start_s + self.later_s() as f32).max(0.0);
+        let later_s = start_s - send.start_s;
+        let decay_time_s = groups.get(usize::from(send.group));
+        for (b, energy) in send.energy_per_s.iter_mut().enumerate() {
             *energy *= gain * gain;
+            // Extrapolated back to emission: with another start, the energy at the start stays.
+            if let Some(group) = decay_time_s.filter(|_| later_s != 0.0) {
+                *energy *= (NEPERS_OF_60_DB * later_s / group.decay_time_s[b].max(1e-3)).exp();
+                *energy = energy.min(MAX_ENERGY_PER_S);
+            }
         }
-        send.start_s = (send.start_s + self.later_s() as f32).max(0.0);
+        send.start_s = start_s;
     }
 
     /// How much later all sound of the source arrives than by physics.

@@ -157,7 +157,7 @@ impl Extrapolator {
         }
         for send in &mut result.late {
             if let Some(mix) = find_mix(&self.mixes, send.source) {
-                mix.apply_to_late(send);
+                mix.apply_to_late(send, &result.late_groups);
             }
         }
         self.frames_since_update = self.frames_since_update.saturating_add(1);

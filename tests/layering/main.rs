@@ -60,7 +60,7 @@ const TABLE: [(&str, &str); 40] = [
     ),
     (
         "extrapolation",
-        "acoustics extrapolation::geometric propagation propagation::diffraction propagation::diffuse scene scene::committed scene::edges",
+        "acoustics extrapolation::geometric propagation propagation::diffraction propagation::diffuse propagation::transmission scene scene::committed scene::edges",
     ),
     (
         "extrapolation::geometric",
