@@ -101,6 +101,9 @@ prove_c() {
         -L"$host/release" -lforesound -Wl,-rpath,"$host/release" || return 1
     "$work/first" assets/scenes/doorway.obj assets/speech/voice01.wav "$work/first.raw" || return 1
     [ "$(tr -d '\0' <"$work/first.raw" | wc -c)" -gt 100000 ] || { echo "the guide's program is silent" && return 1; }
+    gcc -std=c99 -O2 -Wall -Wextra -Wpedantic -Werror -Iinclude android/c/path_numbers.c -o "$work/path_numbers" \
+        -L"$host/release" -lforesound -Wl,-rpath,"$host/release" || return 1
+    "$work/path_numbers" assets/scenes/doorway.obj || return 1
     echo "C99 and C++11 compile; 90 frames with the bits of Rust"
 }
 

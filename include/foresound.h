@@ -67,6 +67,9 @@
     0.0, 0.0}, 0u, 0u, 0u, 0u, 0u, 0u, 0.0, 0.0, 0u, 0u}
 #define FORESOUND_ENGINE_HEALTH_INIT {sizeof(ForesoundEngineHealth), FORESOUND_ENGINE_STATE_RUNNING, 0u, 0u, \
     FORESOUND_THERMAL_STATUS_NONE, 0.0f, 0u, 0u, 0u, 0.0, 0.0, 0.0}
+#define FORESOUND_SOURCE_NUMBERS_INIT {sizeof(ForesoundSourceNumbers), 0u, 0.0f, 0.0f, {0.0f, 0.0f, 0.0f, 0.0f, \
+    0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, \
+    0.0f, 0.0f}}
 #define FORESOUND_RENDER_INFO_INIT {sizeof(ForesoundRenderInfo), 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u}
 #define FORESOUND_OUTPUT_INFO_INIT {sizeof(ForesoundOutputInfo), 0u, 0u, 0u, 0u, 0u, 0u, \
     FORESOUND_DEVICE_API_OTHER, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u}
@@ -309,6 +312,29 @@ enum ForesoundDistanceCurve
 typedef enum ForesoundDistanceCurve ForesoundDistanceCurve;
 #else
 typedef uint32_t ForesoundDistanceCurve;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// What a path does between source and listener.
+enum ForesoundPathKind
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // The straight line, unobstructed.
+  FORESOUND_PATH_KIND_DIRECT = 0,
+  // The straight line, through walls.
+  FORESOUND_PATH_KIND_TRANSMITTED = 1,
+  // Reflected, without diffraction.
+  FORESOUND_PATH_KIND_REFLECTED = 2,
+  // Diffracted at one or two edges, perhaps also reflected.
+  FORESOUND_PATH_KIND_DIFFRACTED = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum ForesoundPathKind ForesoundPathKind;
+#else
+typedef uint32_t ForesoundPathKind;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -697,6 +723,24 @@ typedef struct ForesoundOutputInfo {
   uint64_t underrun_frames;
 } ForesoundOutputInfo;
 
+// What a graphics frame has of a source. Levels include the source's options and not its gain.
+typedef struct ForesoundSourceNumbers {
+  // Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
+  uint32_t size;
+  // Number of its paths.
+  uint32_t path_count;
+  // How much of the straight line is blocked, 0 to 1, times the strength of the source's occlusion.
+  float occlusion;
+  // Delay from emission to the start of the late reverb in seconds; 0 without any.
+  float reverb_delay_s;
+  // Amplitude factor of the walls on the straight line in each octave band: 1 where nothing blocks it.
+  float transmission[8];
+  // Amplitude of the late reverb in each octave band: root of its whole energy, relative to the free field at 1 m.
+  float reverb_send[8];
+  // Reverberation time T60 of the late reverb in seconds in each octave band; 0 without any.
+  float decay_time_s[8];
+} ForesoundSourceNumbers;
+
 // Settings of a source. Begin with FORESOUND_SOURCE_OPTIONS_INIT or foresound_source_options_default, then change fields.
 typedef struct ForesoundSourceOptions {
   // Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
@@ -753,6 +797,24 @@ typedef struct ForesoundShownPath {
   // Corners in metres.
   float corners_m[6][3];
 } ForesoundShownPath;
+
+// A path of a source in a graphics frame. An element of an array, whose element size foresound_source_paths takes.
+typedef struct ForesoundSourcePath {
+  // Identity of the path across frames; in Java rounded to 53 bits.
+  uint64_t id;
+  // Delay from the source to the listener in seconds.
+  double delay_s;
+  // What the path does on its way.
+  ForesoundPathKind kind;
+  // Number of reflections.
+  uint32_t reflections;
+  // Unit vector in world coordinates from the listener to where the path arrives from.
+  float arrival[3];
+  // Unit vector in world coordinates from the source along the path; zero for a path of no length.
+  float departure[3];
+  // Signed amplitude relative to the free field at 1 m in each octave band, from the lowest.
+  float amplitude[8];
+} ForesoundSourcePath;
 
 // Result of one foresound_render.
 typedef struct ForesoundRenderInfo {
@@ -913,6 +975,18 @@ FORESOUND_API ForesoundStatus foresound_output_info(uint64_t output, struct Fore
 // Adds a silent source at a position in metres; `source` receives its id. Control thread.
 FORESOUND_API ForesoundStatus foresound_source_add(uint64_t engine, float x_m, float y_m, float z_m, uint32_t *source);
 
+// Takes the numbers of the newest graphics frame that the renderer has, for a mixer of the app's own;
+// foresound_source_numbers and foresound_source_paths read them. `tick` receives the number of the frame's tick, 0
+// before the first. The first call makes memory for them; from then on the renderer copies each frame without
+// waiting. Control thread.
+FORESOUND_API ForesoundStatus foresound_engine_take_numbers(uint64_t engine, uint32_t *tick);
+
+// Writes what the frame taken last has of a source; zeros for a source without a slot. Control thread.
+FORESOUND_API
+ForesoundStatus foresound_source_numbers(uint64_t engine,
+                                         uint32_t source,
+                                         struct ForesoundSourceNumbers *numbers);
+
 // Removes a source from the next tick on; sound under way fades. Its id is invalid at once and is never given
 // again: an engine has 1,048,575 ids for each of its `max_sources`. Control thread.
 FORESOUND_API ForesoundStatus foresound_source_remove(uint64_t engine, uint32_t source);
@@ -1007,6 +1081,16 @@ ForesoundStatus foresound_engine_tick(uint64_t engine,
 FORESOUND_API
 ForesoundStatus foresound_engine_paths(uint64_t engine,
                                        struct ForesoundShownPath *paths,
+                                       size_t path_size,
+                                       size_t capacity,
+                                       size_t *count);
+
+// Writes a source's paths in the frame taken last (foresound_engine_take_numbers), by identity, as many as fit, and their
+// number. `path_size`: sizeof(ForesoundSourcePath). Control thread.
+FORESOUND_API
+ForesoundStatus foresound_source_paths(uint64_t engine,
+                                       uint32_t source,
+                                       struct ForesoundSourcePath *paths,
                                        size_t path_size,
                                        size_t capacity,
                                        size_t *count);

@@ -145,6 +145,7 @@ pub mod paths {
         Propagator, ReflectionEdge, Serial, Workers,
     };
     pub use crate::runtime::Threads;
+    pub use crate::runtime::engine::{FrameNumbers, SourceNumbers};
 }
 
 /// Rendering on a virtual clock: the same input gives the same bits.

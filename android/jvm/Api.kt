@@ -62,6 +62,8 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
         voice.setDistanceTable(listOf(1f to 1f, 20f to 0.5f))
         voice.setGain(0.8f)
         val buffer = ByteBuffer.allocateDirect(2 * 800 * 4).order(ByteOrder.nativeOrder())
+        check(engine.takeNumbers() == 0 && voice.numbers().pathCount == 0)
+        refuses<IllegalArgumentException> { voice.paths(-1) }
         var loudest = 0f
         for (frame in 0 until 30) {
             engine.listener.set(6.5f, 1.6f, 2f + 0.02f * frame)
@@ -72,6 +74,11 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
             for (n in 0 until 1600) loudest = maxOf(loudest, Math.abs(buffer.getFloat(4 * n)))
         }
         check(loudest > 1e-3f) { "silent: $loudest" }
+        check(engine.takeNumbers() >= 28)
+        val numbers = voice.numbers()
+        val arrivals = voice.paths()
+        check(numbers.pathCount == arrivals.size && arrivals.count { it.kind <= PathKind.TRANSMITTED } == 1) { "$arrivals" }
+        check(arrivals.all { it.delaySeconds > 0 && Math.abs(it.arrival.sumOf { x -> (x * x).toDouble() } - 1) < 1e-3 })
         val now = engine.statistics()
         check(now.state == EngineState.RUNNING && now.updates == 30L && now.sources == 1) { "${now.updates}" }
 

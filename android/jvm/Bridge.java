@@ -254,7 +254,7 @@ final class Bridge {
         Native.sourceConfigure(engine, source, null);
         refuses(argument, () -> Native.sourceConfigure(engine, source, new double[10]));
         for (int field = 0; field < Native.SourceOptions.LENGTH; field++) {
-            double[] options = {31, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0};
+            double[] options = Arrays.copyOf(new double[] {31, 0, 1}, Native.SourceOptions.LENGTH);
             Native.sourceConfigure(engine, source, options);
             options[field] = field == 0 ? 32 : Double.NaN;
             refuses(argument, () -> Native.sourceConfigure(engine, source, options));
@@ -353,6 +353,12 @@ final class Bridge {
         refuses(none, () -> Native.engineHealth(engine, null));
         refuses(argument, () -> Native.engineHealth(engine, new double[1]));
         refuses(none, () -> Native.enginePaths(engine, null));
+        refuses(none, () -> Native.sourcePaths(engine, source, null));
+        refuses(none, () -> Native.sourceNumbers(engine, source, null));
+        refuses(argument, () -> Native.sourceNumbers(engine, source, new double[1]));
+        if (Native.engineTakeNumbers(engine) != 0) throw new AssertionError("a frame before the first");
+        Native.sourceNumbers(engine, source, new double[Native.SourceNumbers.LENGTH]);
+        if (Native.sourcePaths(engine, source, new double[0]) != 0) throw new AssertionError("a path in no array");
         if (Native.enginePaths(engine, new double[Native.ShownPath.LENGTH - 1]) != 0) throw new AssertionError("a path in a short array");
         // The host's silent device.
         long output = Native.outputStart(renderer, 2);
@@ -388,6 +394,10 @@ final class Bridge {
             () -> Native.engineSetBudget(engine, new double[Native.BudgetOptions.LENGTH]),
             () -> Native.engineHealth(engine, new double[Native.EngineHealth.LENGTH]),
             () -> Native.enginePaths(engine, new double[Native.ShownPath.LENGTH]),
+            () -> Native.engineTakeNumbers(engine),
+            () -> Native.sourceNumbers(engine, source, new double[Native.SourceNumbers.LENGTH]),
+            () -> Native.sourcePaths(engine, source, new double[Native.SourcePath.LENGTH]),
+            () -> Native.sourceSetDistanceTable(engine, source, new float[0]),
             () -> Native.sourceAdd(engine, 0, 0, 0),
             () -> Native.sourceRemove(engine, source),
             () -> Native.sourceConfigure(engine, source, new double[Native.SourceOptions.LENGTH]),

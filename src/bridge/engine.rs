@@ -8,6 +8,7 @@ use super::enumeration::{DistanceCurve, Effect, Predictor, Schedule};
 use super::error::{CallError, Status};
 use super::handles::{HandleTable, Kind};
 use super::health::{BudgetOptions, EngineHealth};
+use super::numbers::{SourceNumbers, SourcePath};
 use super::options::Options;
 use super::pose::{Pose, source_id};
 use super::record::record;
@@ -163,6 +164,11 @@ impl SourceOptions {
             return Err(CallError::bad(text));
         };
         let (min_m, max_m) = (self.distance_min_m, self.distance_max_m);
+        for (name, value) in [("distance_min_m", min_m), ("distance_max_m", max_m)] {
+            if !(0.0..=1e6).contains(&value) {
+                return Err(out_of_range(name, value, "0 to 1e6"));
+            }
+        }
         let mix = SourceMix {
             distance: self.distance_curve.curve(min_m, max_m)?,
             direct_gain: self.direct_gain,
@@ -388,6 +394,36 @@ impl EngineControl {
     /// The loudest paths of the newest update, at most [`Options::shown_paths`], in no order.
     pub fn shown_paths(&mut self) -> impl Iterator<Item = ShownPath> {
         self.controller.path_snapshot().iter().map(ShownPath::from)
+    }
+
+    /// Takes the numbers of the newest graphics frame; returns the number of its tick, 0 before the first.
+    pub fn take_frame(&mut self) -> u64 {
+        self.controller.frame_numbers().tick()
+    }
+
+    /// The numbers of a source in the frame taken last, zeros if it has none.
+    ///
+    /// # Errors
+    /// `Status::StaleSource`.
+    pub fn source_numbers(&self, source: u32) -> Result<SourceNumbers, CallError> {
+        let id = source_id(source);
+        self.controller.source_settings(id)?;
+        let frame = self.controller.last_frame_numbers();
+        let numbers = frame.source(id);
+        Ok(numbers.map_or_else(SourceNumbers::default, |numbers| {
+            SourceNumbers::new(numbers, frame.paths(id).len())
+        }))
+    }
+
+    /// The paths of a source in the frame taken last.
+    ///
+    /// # Errors
+    /// `Status::StaleSource`.
+    pub fn source_paths(&self, source: u32) -> Result<impl Iterator<Item = SourcePath>, CallError> {
+        let id = source_id(source);
+        self.controller.source_settings(id)?;
+        let paths = self.controller.last_frame_numbers().paths(id);
+        Ok(paths.iter().map(SourcePath::from))
     }
 
     /// Sets rays and orders of propagation.

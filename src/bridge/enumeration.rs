@@ -177,6 +177,20 @@ enumeration! {
 }
 
 enumeration! {
+    /// What a path does between source and listener.
+    pub enum PathKind: u32 {
+        /// The straight line, unobstructed.
+        Direct = 0,
+        /// The straight line, through walls.
+        Transmitted = 1,
+        /// Reflected, without diffraction.
+        Reflected = 2,
+        /// Diffracted at one or two edges, perhaps also reflected.
+        Diffracted = 3,
+    }
+}
+
+enumeration! {
     /// Exchange with a phone's system, bits to be added.
     pub enum DeviceHint: u32 {
         /// None.

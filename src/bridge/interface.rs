@@ -172,6 +172,19 @@ macro_rules! shared_functions {
                 ENGINES.with(engine, |engine| engine.add_source([x_m, y_m, z_m]))
             }
 
+            /// Takes the numbers of the newest graphics frame that the renderer has, for a mixer of the app's own;
+            /// foresound_source_numbers and foresound_source_paths read them. `tick` receives the number of the frame's tick, 0
+            /// before the first. The first call makes memory for them; from then on the renderer copies each frame without
+            /// waiting. Control thread.
+            unsafe fn foresound_engine_take_numbers(engine: Handle) -> tick: Count {
+                ENGINES.with(engine, |engine| Ok(engine.take_frame() as u32))
+            }
+
+            /// Writes what the frame taken last has of a source; zeros for a source without a slot. Control thread.
+            unsafe fn foresound_source_numbers(engine: Handle, source: Id, numbers: Out<SourceNumbers>) {
+                numbers.store(ENGINES.with(engine, |engine| engine.source_numbers(source))?)
+            }
+
             /// Removes a source from the next tick on; sound under way fades. Its id is invalid at once and is never given
             /// again: an engine has 1,048,575 ids for each of its `max_sources`. Control thread.
             safe fn foresound_source_remove(engine: Handle, source: Id) {
@@ -282,6 +295,18 @@ macro_rules! java_functions {
                 })?;
                 paths.store(&list)?;
                 Ok((list.len() / ShownPath::ELEMENTS) as u32)
+            }
+
+            /// Writes a source's paths in the frame taken last as {@link SourcePath} lists, as many as fit; returns their number.
+            safe fn foresound_source_paths(engine: Handle, source: Id, paths: List) -> count: Count {
+                let most = paths.length / SourcePath::ELEMENTS;
+                let mut list = Vec::new();
+                ENGINES.with(engine, |engine| {
+                    engine.source_paths(source)?.take(most).for_each(|path| path.write(&mut list));
+                    Ok(())
+                })?;
+                paths.store(&list)?;
+                Ok((list.len() / SourcePath::ELEMENTS) as u32)
             }
 
             /// Builds a scene from vertices and triangles; the four before the last may be null, and the progress 0.
@@ -417,6 +442,7 @@ pub fn functions() -> [Vec<Function>; 2] {
     use super::engine::{PropagationOptions, SourceOptions};
     use super::enumeration::{Predictor, Schedule};
     use super::health::{BudgetOptions, EngineHealth};
+    use super::numbers::SourceNumbers;
     use super::scenes::{SceneInfo, SceneOptions};
     use super::sound::OutputInfo;
     use super::{EngineStatistics, Options};
@@ -471,6 +497,7 @@ pub fn enumerations() -> Vec<EnumerationInfo> {
         of::<e::Hrtf>(),
         of::<e::Effect>(),
         of::<e::DistanceCurve>(),
+        of::<e::PathKind>(),
         of::<e::DeviceHint>(),
         of::<e::HintedThread>(),
         of::<e::EngineState>(),
@@ -484,7 +511,7 @@ pub fn enumerations() -> Vec<EnumerationInfo> {
 /// The structures of the interface.
 #[cfg(feature = "testing")]
 pub fn structures() -> Vec<Structure> {
-    use super::{engine, health, options, scenes, shown_paths, sound, statistics};
+    use super::{engine, health, numbers, options, scenes, shown_paths, sound, statistics};
     fn part<T: Record>() -> Structure {
         Structure {
             name: T::NAME,
@@ -513,6 +540,8 @@ pub fn structures() -> Vec<Structure> {
         of::<statistics::EngineStatistics>(),
         of::<health::EngineHealth>(),
         part::<shown_paths::ShownPath>(),
+        part::<numbers::SourcePath>(),
+        of::<numbers::SourceNumbers>(),
         of::<sound::RenderInfo>(),
         of::<sound::OutputInfo>(),
     ]

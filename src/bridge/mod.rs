@@ -18,6 +18,7 @@ pub mod instances;
 pub mod interface;
 mod kind;
 pub mod logging;
+pub mod numbers;
 pub mod options;
 pub mod pose;
 pub mod progress;

@@ -140,6 +140,8 @@ pub struct Obstruction {
     pub source: SourceId,
     /// Whether anything blocks the straight line.
     pub is_blocked: bool,
+    /// How much of the straight line is blocked, 0 to 1, times the strength of the source's occlusion.
+    pub occlusion: f32,
     /// Pressure factor of all walls on the straight line per band, before the source's mix: 1 where nothing blocks it, 0
     /// where walls are opaque or the source's transmission is off.
     pub transmission: BandArray,

@@ -80,13 +80,14 @@ impl Extrapolator {
                     .filter(|path| path.kind.is_straight())
                     .for_each(|path| path.kind = PathKind::Transmitted);
             }
+            let (ear, min_distance_m) = (listener.position, endpoints.min_distance_m);
+            let mix = self.smoother.frame_mix(pose, ear, min_distance_m);
             result.obstructions.push(Obstruction {
                 source: pose.id,
                 is_blocked,
+                occlusion: if is_blocked { mix.mix.occlusion } else { 0.0 },
                 transmission: field.through,
             });
-            let (ear, min_distance_m) = (listener.position, endpoints.min_distance_m);
-            let mix = self.smoother.frame_mix(pose, ear, min_distance_m);
             let paths = &mut result.paths;
             mix.apply_to_direct(scene, &endpoints, listener, is_blocked, paths, before);
             self.mixes.push(mix);

@@ -8,6 +8,7 @@ use super::memory::{
 };
 use crate::bridge::engine::ENGINES;
 use crate::bridge::error::{CallError, Status, catch_panic};
+use crate::bridge::numbers::SourcePath;
 use crate::bridge::pose::Pose;
 use crate::bridge::scenes::{self, SceneOptions};
 use crate::bridge::shown_paths::ShownPath;
@@ -65,6 +66,40 @@ pub unsafe extern "C" fn foresound_engine_paths(
         unsafe { store("count", count, written) }
     })
 }
+
+/// Writes a source's paths in the frame taken last (foresound_engine_take_numbers), by identity, as many as fit, and their
+/// number. `path_size`: sizeof(ForesoundSourcePath). Control thread.
+///
+/// # Safety
+/// Pointers are null or valid as the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn foresound_source_paths(
+    engine: u64,
+    source: u32,
+    paths: *mut SourcePath,
+    path_size: usize,
+    capacity: usize,
+    count: *mut usize,
+) -> Status {
+    answer(|| {
+        // SAFETY: the caller's obligation.
+        unsafe { store("count", count, 0) }?;
+        if capacity > MAX_SOURCE_PATHS {
+            let text = format!("capacity: {capacity} is outside 0 to {MAX_SOURCE_PATHS}");
+            return Err(CallError::bad(text));
+        }
+        // SAFETY: the caller's obligation.
+        let paths = unsafe { Elements::new("paths", paths, capacity, path_size) }?;
+        let written = ENGINES.with(engine, |engine| {
+            Ok(paths.store(engine.source_paths(source)?))
+        })?;
+        // SAFETY: the caller's obligation.
+        unsafe { store("count", count, written) }
+    })
+}
+
+/// Most paths of a graphics frame, above which a capacity is uninitialised.
+const MAX_SOURCE_PATHS: usize = 65_536;
 
 /// Builds a scene from triangles: three coordinates a vertex in metres, +y up, and three indices a triangle. With
 /// materials: their names, and one index into them a triangle; without: null and zero. `materials_toml`: the text of a

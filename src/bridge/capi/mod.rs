@@ -21,6 +21,7 @@ use super::interface::{
     Bytes, Choice, Count, Flag, Handle, HandleOut, Id, In, Kind, OptionalBytes, OptionalText, Out,
     PoseIn, Real, Samples, Size, Text, result, shared_functions,
 };
+use super::numbers::SourceNumbers;
 use super::pose::source_id;
 use super::scenes::{SceneInfo, SceneOptions};
 use super::sound::OutputInfo;

@@ -26,6 +26,7 @@ use super::interface::{
     OptionalBytes, OptionalText, Out, PoseIn, Real, Samples, Size, Text, Texts, functions,
     java_functions, result, shared_functions,
 };
+use super::numbers::{SourceNumbers, SourcePath};
 use super::pose::{POSE_BYTES, Pose, source_id};
 use super::record::Field;
 use super::scenes::{SceneInfo, SceneOptions};

@@ -17,6 +17,7 @@ mod audibility;
 mod block_pacing;
 mod controller;
 mod frame_clock;
+mod frame_numbers;
 mod histogram;
 mod messages;
 mod mixer;
@@ -43,6 +44,7 @@ use std::sync::Arc;
 pub use controller::{Controller, EngineState};
 
 pub use crate::runtime::engine::block_pacing::ramp_frames;
+pub use frame_numbers::{FrameNumbers, SourceNumbers};
 pub use histogram::Percentiles;
 pub use path_snapshot::{MAX_CORNERS, SnapshotPath};
 pub use renderer::{RenderReport, Renderer};
@@ -126,6 +128,7 @@ impl Engine {
         let (world_sender, world) = newest();
         let (delivery_sender, deliveries) = newest();
         let (shown_sender, shown) = newest();
+        let (numbers, numbers_receiver) = frame_numbers::frame_numbers();
         let (feed_sender, feeds) = rtrb::RingBuffer::new(CHANGES_AHEAD);
         let (retired, retired_receiver) = rtrb::RingBuffer::new(CHANGES_AHEAD);
         let pending_propagator = PendingPropagator::default();
@@ -167,6 +170,7 @@ impl Engine {
             frame: Box::new(AudioFrame::with_capacity(sources, slots)),
             extrapolator,
             generator,
+            numbers,
             spans: sound.0,
             metrics: Arc::clone(&metrics),
             settings: settings.clone(),
@@ -179,6 +183,7 @@ impl Engine {
             pending_propagator,
             metrics,
             snapshots: shown,
+            numbers: numbers_receiver,
             spans: app.0,
             span_readers: [app.1, propagation.1, sound.1],
         };

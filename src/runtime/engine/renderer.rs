@@ -11,11 +11,12 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use super::frame_clock::FrameClock;
+use super::frame_numbers::FrameSender;
 use super::messages::{AudioFrame, SampleSourceChange, UpdateMessage};
 use super::mixer::Mixer;
 use super::settings::EngineSettings;
 use super::statistics::{Metrics, add};
-use crate::extrapolation::{Extrapolator, FramePaths, LATE_GROUPS, LATE_SEGMENTS, PredictorState};
+use crate::extrapolation::{Extrapolator, FramePaths, LATE_GROUPS, LATE_SEGMENTS};
 use crate::generation::Generator;
 use crate::propagation::MAX_ORDER;
 use crate::runtime::engine::block_pacing::BlockPacing;
@@ -68,6 +69,7 @@ pub(super) struct RendererParts {
     pub(super) frame: Box<AudioFrame>,
     pub(super) extrapolator: Box<Extrapolator>,
     pub(super) generator: Generator,
+    pub(super) numbers: FrameSender,
     pub(super) spans: SpanWriter,
     pub(super) metrics: Arc<Metrics>,
     pub(super) settings: EngineSettings,
@@ -107,7 +109,7 @@ impl Renderer {
         let settings = &parts.settings;
         let (sources, slots) = (settings.source_limit(), settings.generation.max_sources);
         let mut frame_paths = FramePaths::default();
-        let paths = PredictorState::most_paths(settings.max_paths) + slots;
+        let paths = settings.max_frame_paths();
         frame_paths.paths.reserve(paths);
         frame_paths.obstructions.reserve(slots);
         frame_paths

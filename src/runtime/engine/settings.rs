@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
-use crate::extrapolation::PredictorKind;
+use crate::extrapolation::{PredictorKind, PredictorState};
 use crate::generation::{GeneratorSettings, Hrtf};
 use crate::propagation::PropagationSettings;
 use crate::runtime::budget::Budget;
@@ -182,6 +182,11 @@ impl EngineSettings {
     /// Greatest number of sources: [`Self::max_sources`], or the number of slots.
     pub fn source_limit(&self) -> usize {
         self.max_sources.unwrap_or(self.generation.max_sources)
+    }
+
+    /// Greatest number of paths of a graphics frame.
+    pub(super) fn max_frame_paths(&self) -> usize {
+        PredictorState::most_paths(self.max_paths) + self.generation.max_sources
     }
 
     pub(super) fn load_hrtf(&self) -> Result<Arc<Hrtf>> {

@@ -49,6 +49,11 @@ impl<T: Send> Sender<T> {
         self.returned.pop().unwrap_or_else(|_| Box::new(make()))
     }
 
+    /// A returned box with its old content, if there is one. Does not allocate.
+    pub(crate) fn take_returned(&mut self) -> Option<Box<T>> {
+        self.spare.take().or_else(|| self.returned.pop().ok())
+    }
+
     /// Takes back the last value sent, unless the receiver has taken it.
     pub(crate) fn recall(&mut self) -> Option<Box<T>> {
         self.slot.take()

@@ -153,6 +153,19 @@ namespace Foresound.Interop
         Linear = 2,
     }
 
+    /// <summary>What a path does between source and listener.</summary>
+    public enum PathKind : uint
+    {
+        /// <summary>The straight line, unobstructed.</summary>
+        Direct = 0,
+        /// <summary>The straight line, through walls.</summary>
+        Transmitted = 1,
+        /// <summary>Reflected, without diffraction.</summary>
+        Reflected = 2,
+        /// <summary>Diffracted at one or two edges, perhaps also reflected.</summary>
+        Diffracted = 3,
+    }
+
     /// <summary>Gravity of a message; as a limit, the least grave messages that are passed on.</summary>
     public enum LogLevel : uint
     {
@@ -595,6 +608,41 @@ namespace Foresound.Interop
     }
 
     /// <summary>
+    /// What a graphics frame has of a source. Levels include the source's options and not its gain.
+    /// </summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct SourceNumbers
+    {
+        /// <summary>Bytes in C.</summary>
+        public const uint Bytes = 112;
+
+        /// <summary>
+        /// Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
+        /// </summary>
+        public uint Size;
+        /// <summary>Number of its paths.</summary>
+        public uint PathCount;
+        /// <summary>
+        /// How much of the straight line is blocked, 0 to 1, times the strength of the source's occlusion.
+        /// </summary>
+        public float Occlusion;
+        /// <summary>Delay from emission to the start of the late reverb in seconds; 0 without any.</summary>
+        public float ReverbDelayS;
+        /// <summary>
+        /// Amplitude factor of the walls on the straight line in each octave band: 1 where nothing blocks it.
+        /// </summary>
+        public fixed float Transmission[8];
+        /// <summary>
+        /// Amplitude of the late reverb in each octave band: root of its whole energy, relative to the free field at 1 m.
+        /// </summary>
+        public fixed float ReverbSend[8];
+        /// <summary>
+        /// Reverberation time T60 of the late reverb in seconds in each octave band; 0 without any.
+        /// </summary>
+        public fixed float DecayTimeS[8];
+    }
+
+    /// <summary>
     /// Settings of a source. Begin with FORESOUND_SOURCE_OPTIONS_INIT or foresound_source_options_default, then change fields.
     /// </summary>
     [StructLayout(LayoutKind.Sequential)]
@@ -677,6 +725,37 @@ namespace Foresound.Interop
         public float LevelDb;
         /// <summary>Corners in metres.</summary>
         public fixed float CornersM[18];
+    }
+
+    /// <summary>
+    /// A path of a source in a graphics frame. An element of an array, whose element size foresound_source_paths takes.
+    /// </summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct SourcePath
+    {
+        /// <summary>Bytes in C.</summary>
+        public const uint Bytes = 80;
+
+        /// <summary>Identity of the path across frames; in Java rounded to 53 bits.</summary>
+        public ulong Id;
+        /// <summary>Delay from the source to the listener in seconds.</summary>
+        public double DelayS;
+        /// <summary>What the path does on its way.</summary>
+        public PathKind Kind;
+        /// <summary>Number of reflections.</summary>
+        public uint Reflections;
+        /// <summary>
+        /// Unit vector in world coordinates from the listener to where the path arrives from.
+        /// </summary>
+        public fixed float Arrival[3];
+        /// <summary>
+        /// Unit vector in world coordinates from the source along the path; zero for a path of no length.
+        /// </summary>
+        public fixed float Departure[3];
+        /// <summary>
+        /// Signed amplitude relative to the free field at 1 m in each octave band, from the lowest.
+        /// </summary>
+        public fixed float Amplitude[8];
     }
 
     /// <summary>Result of one foresound_render.</summary>
@@ -900,6 +979,21 @@ namespace Foresound.Interop
         public static extern Status SourceAdd(ulong engine, float xM, float yM, float zM, uint* source);
 
         /// <summary>
+        /// Takes the numbers of the newest graphics frame that the renderer has, for a mixer of the app's own;
+        /// foresound_source_numbers and foresound_source_paths read them. `tick` receives the number of the frame's tick, 0
+        /// before the first. The first call makes memory for them; from then on the renderer copies each frame without
+        /// waiting. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_take_numbers", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EngineTakeNumbers(ulong engine, uint* tick);
+
+        /// <summary>
+        /// Writes what the frame taken last has of a source; zeros for a source without a slot. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_source_numbers", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourceNumbers(ulong engine, uint source, SourceNumbers* numbers);
+
+        /// <summary>
         /// Removes a source from the next tick on; sound under way fades. Its id is invalid at once and is never given
         /// again: an engine has 1,048,575 ids for each of its `max_sources`. Control thread.
         /// </summary>
@@ -1008,6 +1102,14 @@ namespace Foresound.Interop
         [DllImport(Library, EntryPoint = "foresound_engine_paths", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status EnginePaths(
             ulong engine, ShownPath* paths, UIntPtr pathSize, UIntPtr capacity, UIntPtr* count);
+
+        /// <summary>
+        /// Writes a source's paths in the frame taken last (foresound_engine_take_numbers), by identity, as many as fit, and their
+        /// number. `path_size`: sizeof(ForesoundSourcePath). Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_source_paths", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourcePaths(
+            ulong engine, uint source, SourcePath* paths, UIntPtr pathSize, UIntPtr capacity, UIntPtr* count);
 
         /// <summary>
         /// Builds a scene from triangles: three coordinates a vertex in metres, +y up, and three indices a triangle. With

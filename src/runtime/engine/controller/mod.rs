@@ -13,6 +13,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use super::frame_numbers::{FrameNumbers, FrameReceiver};
 use super::messages::{AudioFrame, BED, SampleSourceChange, SourceRoute, WorldFrame};
 use super::path_snapshot::{PathSnapshot, SnapshotPath};
 use super::propagation_thread::Propagation;
@@ -56,6 +57,7 @@ pub(super) struct Channels {
     pub(super) pending_propagator: PendingPropagator,
     pub(super) metrics: Arc<Metrics>,
     pub(super) snapshots: Receiver<PathSnapshot>,
+    pub(super) numbers: FrameReceiver,
     pub(super) spans: SpanWriter,
     pub(super) span_readers: [SpanReader; 3],
 }
@@ -321,6 +323,21 @@ impl Controller {
             self.channels.snapshots.give_back(old);
         }
         &self.snapshot.paths
+    }
+
+    /// The numbers of the newest graphics frame that the renderer has taken, for a mixer of the app's own: each source's paths,
+    /// what blocks it, its late reverb. The first call makes memory for them and returns none; from then on the renderer copies
+    /// each frame, without waiting. Paths beyond [`EngineSettings::max_paths`] are not in it.
+    pub fn frame_numbers(&mut self) -> &FrameNumbers {
+        let settings = &self.settings;
+        let (paths, slots) = (settings.max_frame_paths(), settings.generation.max_sources);
+        let numbers = &mut self.channels.numbers;
+        numbers.take(paths, slots, settings.source_limit())
+    }
+
+    /// What [`Self::frame_numbers`] returned last.
+    pub(crate) fn last_frame_numbers(&self) -> &FrameNumbers {
+        self.channels.numbers.last()
     }
 
     /// Statistics since the engine was made. Allocates.

@@ -151,6 +151,8 @@ impl Renderer {
     fn commit_frame(&mut self, block_frames: usize) {
         // Routes change together with the paths.
         self.apply_routes();
+        let RendererParts { frame, numbers, .. } = &mut self.parts;
+        numbers.send(frame.ticks, &self.frame_paths, &frame.routes);
         let settings = &self.parts.settings;
         let rate_hz = settings.generation.rate_hz;
         let ramp = match settings.frame_time {

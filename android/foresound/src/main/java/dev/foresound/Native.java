@@ -53,6 +53,8 @@ final class Native {
     static native long outputStart(long renderer, int blocksAhead);
     static native void outputInfo(long output, double[] info);
     static native int sourceAdd(long engine, float xM, float yM, float zM);
+    static native int engineTakeNumbers(long engine);
+    static native void sourceNumbers(long engine, int source, double[] numbers);
     static native void sourceRemove(long engine, int source);
     static native void sourceOptionsDefault(double[] options);
     static native void sourceConfigure(long engine, int source, double[] options);
@@ -77,6 +79,9 @@ final class Native {
 
     /** Writes the loudest paths of the newest update as {@link ShownPath} lists, as many as fit; returns their number. */
     static native int enginePaths(long engine, double[] paths);
+
+    /** Writes a source's paths in the frame taken last as {@link SourcePath} lists, as many as fit; returns their number. */
+    static native int sourcePaths(long engine, int source, double[] paths);
 
     /** Builds a scene from vertices and triangles; the four before the last may be null, and the progress 0. */
     static native long sceneFromMesh(
@@ -243,6 +248,27 @@ final class Native {
         static final int CORNERS_M = 5;
     }
 
+    static final class SourcePath {
+        static final int LENGTH = 18;
+        static final int ID = 0;
+        static final int DELAY_S = 1;
+        static final int KIND = 2;
+        static final int REFLECTIONS = 3;
+        static final int ARRIVAL = 4;
+        static final int DEPARTURE = 7;
+        static final int AMPLITUDE = 10;
+    }
+
+    static final class SourceNumbers {
+        static final int LENGTH = 27;
+        static final int PATH_COUNT = 0;
+        static final int OCCLUSION = 1;
+        static final int REVERB_DELAY_S = 2;
+        static final int TRANSMISSION = 3;
+        static final int REVERB_SEND = 11;
+        static final int DECAY_TIME_S = 19;
+    }
+
     static final class RenderInfo {
         static final int LENGTH = 9;
         static final int FRAMES = 0;
@@ -313,6 +339,13 @@ final class Native {
         static final int PHYSICAL = 0;
         static final int INVERSE = 1;
         static final int LINEAR = 2;
+    }
+
+    static final class PathKind {
+        static final int DIRECT = 0;
+        static final int TRANSMITTED = 1;
+        static final int REFLECTED = 2;
+        static final int DIFFRACTED = 3;
     }
 
     static final class DeviceHint {

@@ -208,6 +208,24 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
     internal fun setDirectivityTable(id: Int, levelsDb: FloatArray) =
         Native.sourceSetDirectivityTable(handle, id, levelsDb)
 
+    /**
+     * Takes the numbers of the newest graphics frame that the renderer has, for a mixer of the app's own; [Source.numbers] and
+     * [Source.paths] read them. Returns the number of the frame's tick, 0 before the first. The first call begins their copying.
+     */
+    fun takeNumbers(): Int = Native.engineTakeNumbers(handle)
+
+    internal fun numbers(id: Int): SourceNumbers {
+        val numbers = DoubleArray(Native.SourceNumbers.LENGTH)
+        Native.sourceNumbers(handle, id, numbers)
+        return SourceNumbers(numbers)
+    }
+
+    internal fun paths(id: Int, most: Int): List<SourcePath> {
+        val numbers = DoubleArray(most * Native.SourcePath.LENGTH)
+        val count = Native.sourcePaths(handle, id, numbers)
+        return List(count) { SourcePath(numbers, it * Native.SourcePath.LENGTH) }
+    }
+
     internal fun setDistanceTable(id: Int, points: FloatArray) = Native.sourceSetDistanceTable(handle, id, points)
 
     internal fun configure(id: Int, options: DoubleArray) = Native.sourceConfigure(handle, id, options)

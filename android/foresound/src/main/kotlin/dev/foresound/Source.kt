@@ -84,6 +84,16 @@ class Source internal constructor(
     fun setDistanceTable(points: List<Pair<Float, Float>>) =
         engine.setDistanceTable(id, FloatArray(2 * points.size) { points[it / 2].toList()[it % 2] })
 
+    /** What the frame that [Engine.takeNumbers] took has of it; zeros without a slot. */
+    fun numbers(): SourceNumbers = engine.numbers(id)
+
+    /** Its paths in the frame that [Engine.takeNumbers] took, at most [most]. */
+    @JvmOverloads
+    fun paths(most: Int = 256): List<SourcePath> {
+        require(most in 0..65_536) { "most: $most is outside 0 to 65536" }
+        return engine.paths(id, most)
+    }
+
     /** Sets its linear gain, 0 to 1000. */
     fun setGain(gain: Float) = engine.setGain(id, gain)
 
