@@ -3,6 +3,7 @@
 //!
 //! The middleware plays the sounds; the engine's sources are silent and say where sound comes from. Its renderer must be driven
 //! all the same: it takes the graphics frames. With silent sources a block costs little.
+#![expect(clippy::print_stdout, reason = "the result")]
 
 use std::sync::Arc;
 
