@@ -64,7 +64,7 @@ pub(crate) struct PatchDecays<'a> {
     /// Share of the scene's surface of each patch.
     pub(crate) share: &'a [f32],
     /// Energy that leaves patch `to` in a time step, for a unit that patch `from` radiates at time 0:
-    /// `[(to × STEPS + step) × patches + from]`.
+    /// `[(to × patches + from) × STEPS + step]`.
     pub(crate) responses: &'a [BandArray],
     pub(crate) first_legs: &'a [FirstLegs],
 }
@@ -92,11 +92,10 @@ impl CommonDecays {
 
 /// Energy that leaves all patches in each time step, of energy that the whole scene radiates.
 fn total_energy(field: &PatchDecays<'_>) -> [BandArray; STEPS] {
-    let patches = field.share.len();
     let mut total = [[0.0; BANDS]; STEPS];
-    for (index, energies) in field.responses.chunks_exact(patches).enumerate() {
-        let total = &mut total[index % STEPS];
-        for (share, energy) in field.share.iter().zip(energies) {
+    let responses = field.responses.chunks_exact(STEPS);
+    for (response, share) in responses.zip(field.share.iter().cycle()) {
+        for (total, energy) in total.iter_mut().zip(response) {
             for b in 0..BANDS {
                 total[b] += share * energy[b];
             }

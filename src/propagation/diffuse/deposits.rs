@@ -180,22 +180,26 @@ kernel! {
     fn convolve<L>(response: &[BandArray], energy: &BandArray, at: f32, sum: &mut [BandArray; STEPS]) {
         let whole = at.floor();
         let rest = at - whole;
-        for (first, share) in [(whole, 1.0 - rest), (whole + 1.0, rest)] {
-            let mut gain = *energy;
+        let (mut now, mut later) = (*energy, *energy);
+        for b in 0..BANDS {
+            now[b] *= 1.0 - rest;
+            later[b] *= rest;
+        }
+        let (skipped, first) = match whole < 0.0 {
+            true => ((-whole) as usize, 0),
+            false => (0, whole as usize),
+        };
+        let mut before = match skipped.checked_sub(1).and_then(|last| response.get(last)) {
+            Some(energy) => *energy,
+            None => [0.0; BANDS],
+        };
+        let response = response.get(skipped..).unwrap_or_default();
+        let sums = sum.get_mut(first..).unwrap_or_default();
+        for (sum, energy) in sums.iter_mut().zip(response) {
             for b in 0..BANDS {
-                gain[b] *= share;
+                sum[b] += now[b] * energy[b] + later[b] * before[b];
             }
-            let (skipped, later) = match first < 0.0 {
-                true => ((-first) as usize, 0),
-                false => (0, first as usize),
-            };
-            let response = response.get(skipped..).unwrap_or_default();
-            let sums = sum.get_mut(later..).unwrap_or_default();
-            for (sum, energy) in sums.iter_mut().zip(response) {
-                for b in 0..BANDS {
-                    sum[b] += gain[b] * energy[b];
-                }
-            }
+            before = *energy;
         }
     }
 }

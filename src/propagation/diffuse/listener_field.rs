@@ -22,9 +22,6 @@ use crate::propagation::late_group::{
 use crate::scene::Scene;
 use crate::simd::{LaneSet, kernel};
 
-/// Time steps that the directions of each group are taken from.
-const DIRECTION_STEPS: [(usize, usize); LATE_GROUPS] = [(40, 80), (16, 40), (2, 16)];
-
 /// Cosine to a direction of [`LATE_DIRECTION_VECTORS`] from which on it takes a share of an arrival.
 const DIRECTION_COSINE: f32 = 0.5;
 
@@ -43,7 +40,7 @@ pub(crate) struct PatchView {
 #[derive(Debug, Clone, Default)]
 pub struct ListenerField {
     /// Position and scene revision of the results.
-    of: Option<(Vec3, u64)>,
+    pub(crate) of: Option<(Vec3, u64)>,
     is_visible: Vec<bool>,
     viewpoints: Vec<Option<Vec3>>,
     scene_state: u64,
@@ -52,8 +49,6 @@ pub struct ListenerField {
     pub(crate) response: Vec<BandArray>,
     /// Decay times and directions of the groups.
     pub groups: [LateGroup; LATE_GROUPS],
-    /// Scratch memory: the response by time steps.
-    by_steps: Vec<BandArray>,
 }
 
 impl ListenerField {
@@ -77,20 +72,14 @@ impl ListenerField {
         self.of = Some((listener, scene_state));
         let rays = self.test_visibility(scene, field, cells, scene_state);
         self.connect(scene, field, listener);
-        let size = STEPS * field.patches();
-        self.by_steps.clear();
-        self.by_steps.resize(size, [0.0; BANDS]);
+        self.response.clear();
+        self.response.resize(STEPS * field.patches(), [0.0; BANDS]);
         for (to, view) in self.patches.iter().enumerate() {
             if view.energy.iter().any(|energy| *energy > 0.0) {
                 let delay = view.delay_s / field.step_s;
                 let leaving = field.response_of(to);
-                arrive(LaneSet::best(), leaving, view, delay, &mut self.by_steps);
+                arrive(LaneSet::best(), leaving, view, delay, &mut self.response);
             }
-        }
-        self.response.clear();
-        for from in 0..field.patches() {
-            let steps = self.by_steps.iter().skip(from).step_by(field.patches());
-            self.response.extend(steps);
         }
         for (group, time_s) in self.groups.iter_mut().zip(&field.decays.times_s) {
             group.decay_time_s = *time_s;
@@ -176,27 +165,25 @@ impl ListenerField {
     /// Shares by direction, of energy that all patches radiate, and for the fastest group of energy that those radiate that
     /// the listener sees.
     fn find_directions(&mut self, field: &SceneField) {
-        let patches = field.patches();
         for (number, group) in self.groups.iter_mut().enumerate() {
-            let (first, end) = DIRECTION_STEPS[number];
             let mut sums = [[0.0; BANDS]; LATE_DIRECTIONS];
             for (to, view) in self.patches.iter().enumerate() {
                 if view.energy.iter().all(|energy| *energy == 0.0) {
                     continue;
                 }
-                let mut leaving = [0.0; BANDS];
-                let response = field.response_of(to);
-                for energies in response[first * patches..end * patches].chunks_exact(patches) {
-                    for (from, energy) in energies.iter().enumerate() {
-                        for b in 0..BANDS {
-                            let excited = match number {
-                                2 => field.share[from] * self.patches[from].energy[b],
-                                _ => field.share[from],
-                            };
-                            leaving[b] += excited * energy[b];
+                let leaving = match field.late_of(to).get(number) {
+                    Some(leaving) => *leaving,
+                    None => {
+                        let mut leaving = [0.0; BANDS];
+                        let seen = field.share.iter().zip(&self.patches);
+                        for ((share, view), energy) in seen.zip(field.early_of(to)) {
+                            for b in 0..BANDS {
+                                leaving[b] += share * view.energy[b] * energy[b];
+                            }
                         }
+                        leaving
                     }
-                }
+                };
                 for (sum, share) in sums.iter_mut().zip(view.directions) {
                     for b in 0..BANDS {
                         sum[b] += share * leaving[b] * view.energy[b];
@@ -235,19 +222,20 @@ kernel! {
     /// Adds what arrives of one patch, `delay` time steps after it leaves. No fused products: all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
     fn arrive<L>(leaving: &[BandArray], view: &PatchView, delay: f32, response: &mut [BandArray]) {
-        let patches = response.len() / STEPS;
         let whole = (delay as usize).min(STEPS);
         let rest = delay - whole as f32;
-        for (later, share) in [(whole, 1.0 - rest), (whole + 1, rest)] {
-            let mut gain = view.energy;
-            for b in 0..BANDS {
-                gain[b] *= share;
-            }
-            let first = (later * patches).min(response.len());
-            for (sum, energy) in response[first..].iter_mut().zip(leaving) {
+        let (mut now, mut later) = (view.energy, view.energy);
+        for b in 0..BANDS {
+            now[b] *= 1.0 - rest;
+            later[b] *= rest;
+        }
+        for (sums, leaving) in response.chunks_exact_mut(STEPS).zip(leaving.chunks_exact(STEPS)) {
+            let mut before = [0.0; BANDS];
+            for (sum, energy) in sums[whole..].iter_mut().zip(leaving) {
                 for b in 0..BANDS {
-                    sum[b] += gain[b] * energy[b];
+                    sum[b] += now[b] * energy[b] + later[b] * before[b];
                 }
+                before = *energy;
             }
         }
     }

@@ -95,12 +95,27 @@ impl RayScratch {
     }
 }
 
+/// What an estimate depends on besides the source's rays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct EstimateKey {
+    source: DVec3,
+    /// Position and scene revision of the listener's field.
+    listener: Option<(Vec3, u64)>,
+    renewals: u64,
+}
+
 /// Running estimate of one source's late field.
 #[derive(Debug, Clone)]
 pub struct LateEstimator {
     entries: Vec<RotationEntry>,
-    /// Scratch memory: the deposits of all rotations.
+    /// The deposits of all rotations, times `weights`.
     deposits: DepositSums,
+    /// Weight of each rotation in `deposits`; 0 if it has no results.
+    weights: [f32; ROTATIONS as usize],
+    /// Whether a rotation has results that are not in `deposits`.
+    has_new_rays: bool,
+    /// The latest estimate and what it holds for.
+    latest: Option<(EstimateKey, LateEnergy)>,
     /// The latest position of the source, local coordinates.
     source: DVec3,
     /// Delay of the straight line.
@@ -114,6 +129,9 @@ impl Default for LateEstimator {
         Self {
             entries: vec![RotationEntry::default(); ROTATIONS as usize],
             deposits: DepositSums::default(),
+            weights: [0.0; ROTATIONS as usize],
+            has_new_rays: false,
+            latest: None,
             source: DVec3::ZERO,
             nearest_s: 0.0,
             listener: Vec3::ZERO,
@@ -148,6 +166,7 @@ impl LateEstimator {
             entry.cached.renew(scene, from, sequences, buffers, rays);
             entry.secondary.select(scene, from.field, buffers, rays);
         }
+        self.has_new_rays |= is_new || !entry.filled;
         entry.filled = true;
         entry.origin = from.origin;
         is_new
@@ -207,22 +226,53 @@ impl LateEstimator {
             mean_free_time_s: STEPS_PER_FREE_TIME * field.step_s,
             ..LateEnergy::silent(source)
         };
-        let reach_m = self.reach_m();
-        let mut histogram = ArrivalHistogram::new(field.step_s, start_s);
-        let mut weights = 0.0;
-        self.deposits.clear();
-        for entry in self.entries.iter().filter(|entry| entry.filled) {
-            let weight = weight(entry.origin.distance(self.source), reach_m) as f32;
-            weights += weight;
-            let secondary = &entry.secondary;
-            secondary.gather(scene, self.listener, weight, &mut histogram);
-            self.deposits.add(&secondary.deposits, weight);
+        let has_new_rays = self.sum_deposits();
+        let key = EstimateKey {
+            source: self.source,
+            listener: listener.of,
+            renewals: field.renewals,
+        };
+        let is_known = |(of, _): &(EstimateKey, LateEnergy)| *of == key && !has_new_rays;
+        if let Some((_, estimate)) = self.latest.filter(is_known) {
+            return estimate;
         }
+        let mut histogram = ArrivalHistogram::new(field.step_s, start_s);
+        for (entry, weight) in self.entries.iter().zip(self.weights) {
+            if weight > 0.0 {
+                let secondary = &entry.secondary;
+                secondary.gather(scene, self.listener, weight, &mut histogram);
+            }
+        }
+        let weights = self.weights.iter().sum();
         if weights > 0.0 {
             self.deposits.gather(field, listener, &mut histogram);
             histogram.fit(&field.decays.columns, weights, &mut late);
         }
+        self.latest = Some((key, late));
         late
+    }
+
+    /// Adds up the deposits of all rotations; returns whether they have changed.
+    fn sum_deposits(&mut self) -> bool {
+        let reach_m = self.reach_m();
+        let weights = std::array::from_fn(|index| {
+            let entry = &self.entries[index];
+            match entry.filled {
+                true => weight(entry.origin.distance(self.source), reach_m) as f32,
+                false => 0.0,
+            }
+        });
+        if !std::mem::take(&mut self.has_new_rays) && weights == self.weights {
+            return false;
+        }
+        self.weights = weights;
+        self.deposits.clear();
+        for (entry, weight) in self.entries.iter().zip(weights) {
+            if weight > 0.0 {
+                self.deposits.add(&entry.secondary.deposits, weight);
+            }
+        }
+        true
     }
 
     /// Distance at which a rotation has the weight ½: [`SAME_POSITION_M`], or more for [`MIN_ROTATIONS`].

@@ -6,6 +6,8 @@
 //! position within a patch is forgotten at scattering. The response of patch `j` to patch `i` is the energy that leaves `j`
 //! over time for one unit that `i` radiates, all orders. It belongs to the scene: sources and listeners share it.
 
+use std::ops::Range;
+
 use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
@@ -13,11 +15,16 @@ use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::diffuse::decay_fit::{CommonDecays, FirstLegs, PatchDecays};
 use crate::propagation::diffuse::envelope::STEPS;
 use crate::propagation::diffuse::surface_samples::{SurfaceSamples, facing, probe_ray};
+use crate::propagation::late_group::LATE_GROUPS;
 use crate::scene::Scene;
 use crate::simd::{LaneSet, kernel};
 
 /// Rays of a sample.
 const RAYS_PER_SAMPLE: usize = 16;
+
+/// Time steps that the directions of the fastest group are taken from, and those of the other groups.
+pub(crate) const EARLY_STEPS: Range<usize> = 2..16;
+pub(crate) const LATE_STEPS: [Range<usize>; LATE_GROUPS - 1] = [40..80, 16..40];
 
 /// Most specular reflections of a ray; what is left is then radiated by the last patch.
 const MAX_ORDER: usize = 40;
@@ -82,8 +89,14 @@ pub struct SceneField {
     /// Share of all samples of each patch.
     pub(crate) share: Vec<f32>,
     /// Energy that leaves patch `to` in a time step, for a unit that patch `from` radiates at time 0:
-    /// `[(to × STEPS + step) × patches + from]`.
+    /// `[(to × patches + from) × STEPS + step]`.
     responses: Vec<BandArray>,
+    /// Sum of a response over [`EARLY_STEPS`]: `[to × patches + from]`.
+    early: Vec<BandArray>,
+    /// Energy that leaves a patch in the steps of [`LATE_STEPS`], for a unit that all patches radiate together.
+    late: Vec<[BandArray; LATE_STEPS.len()]>,
+    /// Counts calls of [`Self::renew`].
+    pub(crate) renewals: u64,
     /// What becomes of the energy that each patch radiates, up to its first reflection.
     first_legs: Vec<FirstLegs>,
     /// Decays of the late reverb's groups.
@@ -107,6 +120,9 @@ impl SceneField {
             speed_m_s,
             share,
             responses: Vec::new(),
+            early: Vec::new(),
+            late: Vec::new(),
+            renewals: 0,
             first_legs: Vec::new(),
             decays: CommonDecays::default(),
         };
@@ -127,8 +143,10 @@ impl SceneField {
         self.responses
             .resize(patches * STEPS * patches, [0.0; BANDS]);
         for (to, response) in self.responses.chunks_exact_mut(STEPS * patches).enumerate() {
-            respond(LaneSet::best(), &transports, to as u16, patches, response);
+            respond(LaneSet::best(), &transports, to as u16, response);
         }
+        self.renewals += 1;
+        self.sum_spans();
         self.decays = CommonDecays::of(&PatchDecays {
             step_s: self.step_s,
             speed_m_s: self.speed_m_s,
@@ -143,10 +161,41 @@ impl SceneField {
         self.samples.patches
     }
 
-    /// Energy that leaves a patch in each time step, for each radiating patch.
+    /// Energy that leaves a patch in each time step, for each radiating patch: `[from × STEPS + step]`.
     pub(crate) fn response_of(&self, to: usize) -> &[BandArray] {
         let size = STEPS * self.patches();
         &self.responses[to * size..][..size]
+    }
+
+    /// Energy that leaves a patch within [`EARLY_STEPS`], for each radiating patch.
+    pub(crate) fn early_of(&self, to: usize) -> &[BandArray] {
+        &self.early[to * self.patches()..][..self.patches()]
+    }
+
+    /// Energy that leaves a patch in the steps of [`LATE_STEPS`], for a unit that all patches radiate together.
+    pub(crate) fn late_of(&self, to: usize) -> &[BandArray; LATE_STEPS.len()] {
+        &self.late[to]
+    }
+
+    fn sum_spans(&mut self) {
+        let patches = self.patches();
+        self.early.clear();
+        self.late.clear();
+        for to in 0..patches {
+            let mut late = [[0.0; BANDS]; LATE_STEPS.len()];
+            let size = STEPS * patches;
+            let responses = self.responses[to * size..][..size].chunks_exact(STEPS);
+            for (response, share) in responses.zip(&self.share) {
+                self.early.push(sum_of(&response[EARLY_STEPS]));
+                for (late, steps) in late.iter_mut().zip(LATE_STEPS) {
+                    let energy = sum_of(&response[steps]);
+                    for b in 0..BANDS {
+                        late[b] += share * energy[b];
+                    }
+                }
+            }
+            self.late.push(late);
+        }
     }
 
     /// Traces the rays of all samples. Returns the sums by class, source and destination.
@@ -234,6 +283,16 @@ impl SceneField {
     }
 }
 
+fn sum_of(energies: &[BandArray]) -> BandArray {
+    let mut sum = [0.0; BANDS];
+    for energy in energies {
+        for b in 0..BANDS {
+            sum[b] += energy[b];
+        }
+    }
+    sum
+}
+
 /// Class of a reflection order, from 0.
 fn class_of(order: usize) -> usize {
     ((usize::BITS - order.leading_zeros()) as usize).min(CLASSES - 1)
@@ -280,14 +339,14 @@ fn collect(sums: &[TransportSum], patches: usize, step_m: f32) -> Vec<Transport>
 }
 
 kernel! {
-    /// Writes the energy that leaves patch `to` for a unit that each patch radiates: `[step × patches + from]`. No fused
+    /// Writes the energy that leaves patch `to` for a unit that each patch radiates: `[from × STEPS + step]`. No fused
     /// products: all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
-    fn respond<L>(transports: &[Transport], to: u16, patches: usize, response: &mut [BandArray]) {
+    fn respond<L>(transports: &[Transport], to: u16, response: &mut [BandArray]) {
         for transport in transports.iter().filter(|transport| transport.to == to) {
             let step = usize::from(transport.delay);
             if step < STEPS {
-                let sum = &mut response[step * patches + usize::from(transport.from)];
+                let sum = &mut response[usize::from(transport.from) * STEPS + step];
                 for b in 0..BANDS {
                     sum[b] += transport.leaving[b];
                 }
@@ -299,8 +358,8 @@ kernel! {
                 if delay >= step {
                     continue;
                 }
-                let source = response[(step - delay) * patches + usize::from(transport.to)];
-                let sum = &mut response[step * patches + usize::from(transport.from)];
+                let source = response[usize::from(transport.to) * STEPS + step - delay];
+                let sum = &mut response[usize::from(transport.from) * STEPS + step];
                 for b in 0..BANDS {
                     sum[b] += transport.scattered[b] * source[b];
                 }
