@@ -11,8 +11,9 @@ use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::rays::directions::{lambert_direction, mix, unit};
 use crate::scene::Scene;
 
-/// Most patches: the transport between pairs is stored.
-pub(crate) const MAX_PATCHES: usize = 40;
+/// Most patches: the responses of pairs are stored and added up for every listener position. With 40 the law late/slopes has
+/// no better figures.
+pub(crate) const MAX_PATCHES: usize = 28;
 
 /// Samples of a patch on average.
 const SAMPLES_PER_PATCH: usize = 10;
