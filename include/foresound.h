@@ -52,7 +52,7 @@
 /* Initial values of structures: their size and this header's defaults. */
 #define FORESOUND_OPTIONS_INIT {sizeof(ForesoundOptions), 44100u, 256u, 16u, 0u, 1024u, 256u, 2048u, 1024u, 128u, \
     4u, 2u, 1u, FORESOUND_SCHEDULE_ASYNCHRONOUS, 2u, FORESOUND_PREDICTOR_GEOMETRIC, 1u, FORESOUND_AFFINITY_SYSTEM, \
-    0u, 0u, FORESOUND_HRTF_SET, 1u, 1u, 3u, 0u, 1024u, 0.3f, -0.3f, 0.0, 1.0}
+    0u, 0u, FORESOUND_HRTF_SET, 1u, 1u, 3u, 0u, 1024u, 0.3f, -0.3f, 0.0, 1.0, FORESOUND_LAYOUT_BINAURAL, 0u}
 #define FORESOUND_SOURCE_OPTIONS_INIT {sizeof(ForesoundSourceOptions), 31u, 0.0f, 1.0f, {0.0f, 0.0f, 0.0f, 0.0f, \
     0.0f, 0.0f, 0.0f, 0.0f}, FORESOUND_DISTANCE_CURVE_PHYSICAL, 1.0f, 100.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, \
     1.0f, 1.0f, 0u, 128u}
@@ -197,6 +197,39 @@ enum ForesoundHrtf
 typedef enum ForesoundHrtf ForesoundHrtf;
 #else
 typedef uint32_t ForesoundHrtf;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// Channels of the output and their order.
+enum ForesoundLayout
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // Two ears, for headphones.
+  FORESOUND_LAYOUT_BINAURAL = 0,
+  // Left and right by amplitude panning, for loudspeakers such as a phone's.
+  FORESOUND_LAYOUT_STEREO = 1,
+  // One channel; the first two of more have it equally.
+  FORESOUND_LAYOUT_MONO = 2,
+  // Six channels: left, right, centre, LFE (silent), left and right surround.
+  FORESOUND_LAYOUT_SURROUND51 = 3,
+  // Eight channels: left, right, centre, LFE (silent), left and right back, left and right side.
+  FORESOUND_LAYOUT_SURROUND71 = 4,
+  // Twelve channels: those of 7.1, then top front left and right, top back left and right.
+  FORESOUND_LAYOUT_SURROUND714 = 5,
+  // Four channels of Ambisonics of order 1: AmbiX, order ACN, normalisation SN3D.
+  FORESOUND_LAYOUT_AMBISONICS1 = 6,
+  // Nine channels of Ambisonics of order 2.
+  FORESOUND_LAYOUT_AMBISONICS2 = 7,
+  // Sixteen channels of Ambisonics of order 3.
+  FORESOUND_LAYOUT_AMBISONICS3 = 8,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum ForesoundLayout ForesoundLayout;
+#else
+typedef uint32_t ForesoundLayout;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -498,6 +531,10 @@ typedef struct ForesoundOptions {
   double frame_s;
   // Maximum path delay in seconds, 0.01 to 10.
   double max_delay_s;
+  // Layout of the output at first.
+  ForesoundLayout layout;
+  // Channels of the output, constant while the layout may change, to 16; 0: those that `layout` has.
+  uint32_t output_channels;
 } ForesoundOptions;
 
 // Rays and orders of propagation. Begin with FORESOUND_PROPAGATION_OPTIONS_INIT or
@@ -882,6 +919,15 @@ ForesoundStatus foresound_engine_set_propagation(uint64_t engine,
 // Sets the extrapolation of paths, from the next update on. Control thread.
 FORESOUND_API ForesoundStatus foresound_engine_set_predictor(uint64_t engine, ForesoundPredictor predictor);
 
+// Changes the layout, such as when headphones are plugged in or out: sound cross-fades within the next graphics
+// frame. The number of channels stays: a layout of more channels than the output is refused
+// (FORESOUND_STATUS_BAD_ARGUMENT). Takes some milliseconds. Control thread.
+FORESOUND_API ForesoundStatus foresound_engine_set_layout(uint64_t engine, ForesoundLayout layout);
+
+// Changes the HRTF set: binaural sound cross-fades within the next graphics frame. `hrtf`: content of an HRTF
+// set's file at the engine's sample rate; null for the built-in set. Takes some milliseconds. Control thread.
+FORESOUND_API ForesoundStatus foresound_engine_set_hrtf(uint64_t engine, const uint8_t *hrtf, size_t hrtf_bytes);
+
 // Sets when propagation runs, after the running update. Control thread.
 FORESOUND_API ForesoundStatus foresound_engine_set_schedule(uint64_t engine, ForesoundSchedule schedule);
 
@@ -964,10 +1010,16 @@ FORESOUND_API ForesoundStatus foresound_scene_info(uint64_t scene, struct Foreso
 // disturb foresound_render. Any thread.
 FORESOUND_API ForesoundStatus foresound_renderer_latency(uint64_t renderer, uint32_t *frames);
 
-// Plays a renderer on the system's device (Oboe on Android, a silent device elsewhere), rendered `blocks_ahead`
+// Writes the number of channels that a renderer writes. Any thread.
+FORESOUND_API ForesoundStatus foresound_renderer_channels(uint64_t renderer, uint32_t *channels);
+
+// Plays a renderer of two channels on the system's device (Oboe on Android, a silent device elsewhere), rendered `blocks_ahead`
 // blocks ahead (1 to 64) on a thread of its own. Closes the renderer's handle. A device that is lost or does not
 // open is opened again at growing intervals. Control thread.
-FORESOUND_API ForesoundStatus foresound_output_start(uint64_t renderer, size_t blocks_ahead, uint64_t *output);
+FORESOUND_API
+ForesoundStatus foresound_output_start(uint64_t renderer,
+                                       size_t blocks_ahead,
+                                       uint64_t *output);
 
 // Writes the properties and the state of an output's device. Control thread.
 FORESOUND_API ForesoundStatus foresound_output_info(uint64_t output, struct ForesoundOutputInfo *info);
@@ -1112,8 +1164,8 @@ ForesoundStatus foresound_scene_from_mesh(const float *positions_m,
                                           uint64_t progress,
                                           uint64_t *scene);
 
-// Renders `frames` audio frames of interleaved stereo into `output`; silence on failure. `info`: null if unused. One thread
-// at a time a renderer; a second concurrent call gets FORESOUND_STATUS_BUSY. Multiples of the engine's block size are the
+// Renders `frames` audio frames of interleaved stereo into `output`; silence on failure. An engine of another number of
+// channels than two is refused: use foresound_render_channels. `info`: null if unused. One thread at a time a renderer; a second concurrent call gets FORESOUND_STATUS_BUSY. Multiples of the engine's block size are the
 // most efficient. Audio thread: wait-free, without allocation, without a message.
 //
 // `output` has 2 x `frames` elements.
@@ -1122,6 +1174,18 @@ ForesoundStatus foresound_render(uint64_t renderer,
                                  float *output,
                                  size_t frames,
                                  struct ForesoundRenderInfo *info);
+
+// Renders `frames` audio frames of `channels` interleaved channels into `output`, as foresound_render; `channels` is the
+// number of the engine (foresound_renderer_channels), another one gets FORESOUND_STATUS_BAD_ARGUMENT and silence. Audio
+// thread: wait-free, without allocation, without a message.
+//
+// `output` has `channels` x `frames` elements.
+FORESOUND_API
+ForesoundStatus foresound_render_channels(uint64_t renderer,
+                                          float *output,
+                                          uint32_t channels,
+                                          size_t frames,
+                                          struct ForesoundRenderInfo *info);
 
 // Appends as many of `count` samples to a stream as fit; `written` (null if unused) receives their number. Fails with
 // FORESOUND_STATUS_STATE once the stream has no reader. Any one thread at a time, the audio thread included: wait-free,

@@ -114,7 +114,7 @@ pub use glam;
 pub use acoustics::{BANDS, BandArray, Material};
 pub use error::{Error, Result};
 pub use extrapolation::{GeometricSettings, PredictionTarget, PredictorKind};
-pub use generation::{BlockReport, GeneratorSettings, Hrtf};
+pub use generation::{BlockReport, GeneratorSettings, Hrtf, Layout};
 pub use propagation::PropagationSettings;
 pub use runtime::{
     AffinityPolicy, Budget, Controller, Engine, EngineSchedule, EngineSettings, EngineState,

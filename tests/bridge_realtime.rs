@@ -1,12 +1,14 @@
 //! The audio functions do not allocate, in success and in failure; options of sources persist.
 
 use foresound::bridge::capi::{
-    foresound_clip_from_samples, foresound_close, foresound_engine_create, foresound_engine_tick,
-    foresound_last_error, foresound_render, foresound_source_add, foresound_source_play,
+    foresound_clip_from_samples, foresound_close, foresound_engine_create,
+    foresound_engine_set_hrtf, foresound_engine_set_layout, foresound_engine_tick,
+    foresound_last_error, foresound_output_start, foresound_render, foresound_render_channels,
+    foresound_renderer_channels, foresound_source_add, foresound_source_play,
     foresound_source_stream, foresound_stream_write,
 };
 use foresound::bridge::engine::{ENGINES, SourceOptions};
-use foresound::bridge::enumeration::{Hrtf, Schedule};
+use foresound::bridge::enumeration::{Hrtf, Layout, Schedule};
 use foresound::bridge::sound::{RENDERERS, RenderInfo};
 use foresound::bridge::{Options, Pose, Status, VERSION};
 
@@ -26,9 +28,9 @@ fn pose(source: u32, z_m: f32) -> Pose {
     }
 }
 
-/// A synchronous engine and its renderer.
-fn engine() -> (u64, u64) {
-    let options = Options {
+/// Options of a synchronous engine.
+fn small() -> Options {
+    Options {
         guide_rays: 1,
         source_rays: 1,
         depth: 0,
@@ -37,7 +39,15 @@ fn engine() -> (u64, u64) {
         late_reverb: 0,
         hrtf: Hrtf::None,
         ..Options::default()
-    };
+    }
+}
+
+/// A synchronous engine and its renderer.
+fn engine() -> (u64, u64) {
+    engine_of(small())
+}
+
+fn engine_of(options: Options) -> (u64, u64) {
     let (mut engine, mut renderer) = (0, 0);
     // SAFETY: the addresses of variables; a null pointer for no HRTF set.
     let status = unsafe {
@@ -130,6 +140,55 @@ fn audio_functions_neither_allocate_nor_set_an_error_message() {
     for handle in [stream, renderer, engine] {
         assert_eq!(foresound_close(handle), Status::Ok);
         assert_eq!(foresound_close(handle), Status::Closed);
+    }
+}
+
+/// Another number of channels than the engine's, and a layout that does not fit, have a status and leave sound as it is.
+#[test]
+fn channels_are_those_of_the_engine() {
+    let (engine, renderer) = engine_of(Options {
+        layout: Layout::Surround51,
+        ..small()
+    });
+    let mut channels = 0;
+    // SAFETY: the address of a variable.
+    let status = unsafe { foresound_renderer_channels(renderer, &raw mut channels) };
+    assert_eq!((status, channels), (Status::Ok, 6));
+    let mut block = vec![1.0; 6 * 64];
+    let info = std::ptr::null_mut();
+    for (channels, wanted) in [
+        (6, Status::Ok),
+        (2, Status::BadArgument),
+        (0, Status::BadArgument),
+        (17, Status::BadArgument),
+    ] {
+        let frames = if channels == 6 { 64 } else { 20 };
+        // SAFETY: the block has at least as many floats.
+        let status = unsafe {
+            foresound_render_channels(renderer, block.as_mut_ptr(), channels, frames, info)
+        };
+        assert_eq!(status, wanted, "{channels}");
+    }
+    // SAFETY: the block has more floats.
+    let stereo = unsafe { foresound_render(renderer, block.as_mut_ptr(), 64, info) };
+    assert_eq!(stereo, Status::BadArgument);
+    assert_eq!(
+        foresound_engine_set_layout(engine, Layout::Stereo),
+        Status::Ok
+    );
+    for layout in [Layout::Ambisonics3, Layout(9)] {
+        let refused = foresound_engine_set_layout(engine, layout);
+        assert_eq!(refused, Status::BadArgument);
+    }
+    let mut output = 0;
+    // SAFETY: the address of a variable.
+    let started = unsafe { foresound_output_start(renderer, 2, &raw mut output) };
+    assert_eq!(started, Status::BadArgument);
+    // SAFETY: null for the built-in set.
+    let set = unsafe { foresound_engine_set_hrtf(engine, std::ptr::null(), 0) };
+    assert_eq!(set, Status::Ok);
+    for handle in [renderer, engine] {
+        assert_eq!(foresound_close(handle), Status::Ok);
     }
 }
 

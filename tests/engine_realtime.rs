@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 
 use foresound::extrapolation::PredictorKind;
-use foresound::generation::GeneratorSettings;
+use foresound::generation::{GeneratorSettings, Hrtf, Layout};
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::{
     AffinityPolicy, Engine, EngineSettings, EngineState, NullDevice, SoundThread,
@@ -64,7 +64,8 @@ fn the_audio_side_neither_allocates_nor_frees() {
     let clip: Arc<[f32]> = vec![0.1; 1000].into();
     let mut here: Vec<SourceId> = Vec::new();
     let mut writers = Vec::new();
-    let (mut swaps, mut added, mut hung) = (0, 0, 0);
+    let (mut swaps, mut added, mut hung, mut layouts) = (0, 0, 0, 0);
+    let omni = Arc::new(Hrtf::omnidirectional(44_100).expect("an HRTF set"));
     let part = room(0.5);
     let mut doors: Vec<InstanceId> = Vec::new();
     // At least 2000 graphics frames, and as many as bring 2000 blocks and 50 updates.
@@ -114,6 +115,15 @@ fn the_audio_side_neither_allocates_nor_frees() {
             swaps += 1;
         }
         controller.set_predictor(PredictorKind::ALL[(dice >> 16) as usize % 3]);
+        // Layouts of both channels or fewer, and HRTF sets.
+        if dice.is_multiple_of(13) {
+            let layout = Layout::ALL[(dice >> 24) as usize % 3];
+            controller.set_layout(layout).expect("two channels");
+            layouts += 1;
+        } else if dice.is_multiple_of(19) {
+            let set = [None, Some(Arc::clone(&omni))][(dice >> 24) as usize % 2].clone();
+            controller.set_hrtf(set).expect("of this rate");
+        }
         match dice % 101 {
             0 => controller.pause(),
             1..20 => controller.resume(),
@@ -134,8 +144,8 @@ fn the_audio_side_neither_allocates_nor_frees() {
     let (operations, updates) = audio.join().expect("no panic");
     assert_eq!(operations, 0, "allocations and frees on the audio side");
     assert!(
-        updates >= 50 && swaps > 20 && added > 100 && hung > 10,
-        "{updates} {swaps} {added} {hung}"
+        updates >= 50 && swaps > 20 && added > 100 && hung > 10 && layouts > 20,
+        "{updates} {swaps} {added} {hung} {layouts}"
     );
 }
 

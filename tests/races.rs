@@ -161,7 +161,7 @@ fn eight_control_threads_share_an_engine() {
             scope.spawn(|| {
                 let mut block = [0.0; 128];
                 while running.load(Ordering::Relaxed) {
-                    render(renderer, &mut block).expect("no other thread renders");
+                    render(renderer, &mut block, 2).expect("no other thread renders");
                     assert!(block.iter().all(|s| s.is_finite() && s.abs() <= 1.0));
                     thread::yield_now();
                 }

@@ -17,6 +17,7 @@ use super::shown_paths::ShownPath;
 use super::sound::{STREAMS, insert_renderer};
 use super::statistics::EngineStatistics;
 use crate::acoustics::BANDS;
+use crate::generation::Hrtf;
 use crate::propagation::PropagationSettings;
 use crate::runtime::{Controller, Engine};
 use crate::scene::{
@@ -24,6 +25,7 @@ use crate::scene::{
     Effects, ListenerPose, SourceMix, SourcePose, SourceSettings,
 };
 use glam::Vec3;
+use std::sync::Arc;
 
 // The array below has a literal length, which cbindgen reads.
 const _: () = assert!(BANDS == 8);
@@ -356,6 +358,16 @@ impl EngineControl {
     pub fn set_predictor(&mut self, predictor: Predictor) -> Result<(), CallError> {
         self.controller.set_predictor(predictor.choice()?);
         Ok(())
+    }
+
+    /// Sets the HRTF set from the content of its file; `None` is the built-in one.
+    ///
+    /// # Errors
+    /// `Status::Format` for an invalid set, `Status::BadArgument` for one of another sample rate; the set stays.
+    pub fn set_hrtf(&mut self, bytes: Option<&[u8]>) -> Result<(), CallError> {
+        let set = bytes.map(|bytes| Hrtf::parse(bytes, "the HRTF set"));
+        let set = set.transpose()?.map(Arc::new);
+        Ok(self.controller.set_hrtf(set)?)
     }
 
     /// Sets when propagation runs. Waits for the running update.

@@ -145,6 +145,30 @@ enumeration! {
 }
 
 enumeration! {
+    /// Channels of the output and their order.
+    pub enum Layout: u32 {
+        /// Two ears, for headphones.
+        Binaural = 0,
+        /// Left and right by amplitude panning, for loudspeakers such as a phone's.
+        Stereo = 1,
+        /// One channel; the first two of more have it equally.
+        Mono = 2,
+        /// Six channels: left, right, centre, LFE (silent), left and right surround.
+        Surround51 = 3,
+        /// Eight channels: left, right, centre, LFE (silent), left and right back, left and right side.
+        Surround71 = 4,
+        /// Twelve channels: those of 7.1, then top front left and right, top back left and right.
+        Surround714 = 5,
+        /// Four channels of Ambisonics of order 1: AmbiX, order ACN, normalisation SN3D.
+        Ambisonics1 = 6,
+        /// Nine channels of Ambisonics of order 2.
+        Ambisonics2 = 7,
+        /// Sixteen channels of Ambisonics of order 3.
+        Ambisonics3 = 8,
+    }
+}
+
+enumeration! {
     /// Parts of a source's sound, bits to be added.
     pub enum Effect: u32 {
         /// No sound.

@@ -58,6 +58,19 @@ macro_rules! shared_functions {
                 ENGINES.with(engine, |engine| engine.set_predictor(predictor))
             }
 
+            /// Changes the layout, such as when headphones are plugged in or out: sound cross-fades within the next graphics
+            /// frame. The number of channels stays: a layout of more channels than the output is refused
+            /// (FORESOUND_STATUS_BAD_ARGUMENT). Takes some milliseconds. Control thread.
+            safe fn foresound_engine_set_layout(engine: Handle, layout: Choice<Layout>) {
+                ENGINES.with(engine, |engine| Ok(engine.controller().set_layout(layout.choice()?)?))
+            }
+
+            /// Changes the HRTF set: binaural sound cross-fades within the next graphics frame. `hrtf`: content of an HRTF
+            /// set's file at the engine's sample rate; null for the built-in set. Takes some milliseconds. Control thread.
+            unsafe fn foresound_engine_set_hrtf(engine: Handle, hrtf[hrtf_bytes]: OptionalBytes) {
+                ENGINES.with(engine, |engine| engine.set_hrtf(hrtf.as_deref()))
+            }
+
             /// Sets when propagation runs, after the running update. Control thread.
             safe fn foresound_engine_set_schedule(engine: Handle, schedule: Choice<Schedule>) {
                 ENGINES.with(engine, |engine| engine.set_schedule(schedule))
@@ -155,7 +168,10 @@ macro_rules! shared_functions {
             /// disturb foresound_render. Any thread.
             unsafe fn foresound_renderer_latency(renderer: Handle) -> frames: Count { sound::latency_frames(renderer) }
 
-            /// Plays a renderer on the system's device (Oboe on Android, a silent device elsewhere), rendered `blocks_ahead`
+            /// Writes the number of channels that a renderer writes. Any thread.
+            unsafe fn foresound_renderer_channels(renderer: Handle) -> channels: Count { sound::channels(renderer) }
+
+            /// Plays a renderer of two channels on the system's device (Oboe on Android, a silent device elsewhere), rendered `blocks_ahead`
             /// blocks ahead (1 to 64) on a thread of its own. Closes the renderer's handle. A device that is lost or does not
             /// open is opened again at growing intervals. Control thread.
             unsafe fn foresound_output_start(renderer: Handle, blocks_ahead: Size) -> output: Handle {
@@ -326,9 +342,10 @@ macro_rules! java_functions {
                 scenes::from_mesh(&mesh, toml, &options, progress)
             }
 
-            /// Renders interleaved stereo floats; returns the number of voices.
+            /// Renders interleaved floats of the renderer's channels; returns the number of voices.
             safe fn foresound_render(renderer: Handle, output: BufferOut, frames: Size) -> voices: Count {
-                output.check(frames * 2 * size_of::<f32>())?;
+                let samples = frames.saturating_mul(sound::channels(renderer)? as usize);
+                output.check(samples.saturating_mul(size_of::<f32>()))?;
                 let info = sound::render_blocks(renderer, frames, |start, block| {
                     output.write(start, block);
                     Ok(())
@@ -440,7 +457,7 @@ fn parameter<K: Kind>(name: &'static str, count: &[&'static str]) -> Parameter {
 /// The functions common to C and Java, and those that Java alone has in this form.
 pub fn functions() -> [Vec<Function>; 2] {
     use super::engine::{PropagationOptions, SourceOptions};
-    use super::enumeration::{Predictor, Schedule};
+    use super::enumeration::{Layout, Predictor, Schedule};
     use super::health::{BudgetOptions, EngineHealth};
     use super::numbers::SourceNumbers;
     use super::scenes::{SceneInfo, SceneOptions};
@@ -495,6 +512,7 @@ pub fn enumerations() -> Vec<EnumerationInfo> {
         of::<e::Predictor>(),
         of::<e::Affinity>(),
         of::<e::Hrtf>(),
+        of::<e::Layout>(),
         of::<e::Effect>(),
         of::<e::DistanceCurve>(),
         of::<e::PathKind>(),

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use super::enumeration::{Affinity, DeviceHint, Hrtf, Predictor, Schedule};
+use super::enumeration::{Affinity, DeviceHint, Hrtf, Layout, Predictor, Schedule};
 use super::error::CallError;
 use super::record::record;
 use crate::extrapolation::PredictorKind;
 use crate::extrapolation::geometric::GeometricSettings;
-use crate::generation::Hrtf as HrtfSet;
+use crate::generation::{Hrtf as HrtfSet, Layout as OutputLayout};
 use crate::runtime::{AffinityPolicy, EngineSchedule, EngineSettings, FrameTime};
 
 record! {
@@ -73,6 +73,10 @@ record! {
         pub frame_s: f64,
         /// Maximum path delay in seconds, 0.01 to 10.
         pub max_delay_s: f64,
+        /// Layout of the output at first.
+        pub layout: Layout,
+        /// Channels of the output, constant while the layout may change, to 16; 0: those that `layout` has.
+        pub output_channels: u32,
     }
 }
 
@@ -117,6 +121,8 @@ impl Default for Options {
             ceiling_db: generation.ceiling_db,
             frame_s: 0.0,
             max_delay_s: generation.max_delay_s,
+            layout: Layout::Binaural,
+            output_channels: 0,
         }
     }
 }
@@ -150,6 +156,16 @@ impl Schedule {
     /// `Status::BadArgument`.
     pub fn choice(self) -> Result<EngineSchedule, CallError> {
         choice("schedule", self.0, &SCHEDULES)
+    }
+}
+
+impl Layout {
+    /// The engine's layout.
+    ///
+    /// # Errors
+    /// `Status::BadArgument`.
+    pub fn choice(self) -> Result<OutputLayout, CallError> {
+        choice("layout", self.0, &OutputLayout::ALL)
     }
 }
 
@@ -219,6 +235,11 @@ impl Options {
         settings.generation.late = choice("late_reverb", self.late_reverb, &[false, true])?;
         settings.generation.limiter = choice("limiter", self.limiter, &[false, true])?;
         settings.generation.ceiling_db = self.ceiling_db;
+        settings.generation.layout = self.layout.choice()?;
+        settings.generation.channels = match self.output_channels {
+            0 => None,
+            channels => Some(channels as usize),
+        };
         settings.propagation.guide_rays = self.guide_rays;
         settings.propagation.source_rays = self.source_rays;
         settings.propagation.depth = self.depth as usize;
@@ -244,6 +265,7 @@ impl Options {
 
 #[cfg(test)]
 mod tests {
+    use super::super::enumeration::Enumeration;
     use super::super::record::Record;
     use super::*;
 
@@ -261,6 +283,24 @@ mod tests {
             Options::from_list("options", &options.to_list()),
             Ok(options)
         );
+    }
+
+    #[test]
+    fn layouts_have_the_numbers_of_the_enumeration() {
+        for (number, layout) in OutputLayout::ALL.into_iter().enumerate() {
+            let options = Options {
+                layout: Layout(number as u32),
+                output_channels: 16,
+                ..Options::default()
+            };
+            let settings = options.settings(None).expect("can be");
+            assert_eq!(settings.generation.layout, layout);
+            let name = layout.name().replace(['.', '_'], "");
+            let own = Enumeration::name(Layout(number as u32)).expect("a member");
+            let own = own.to_lowercase().replace("surround", "");
+            assert_eq!(own.replace("ambisonics", "ambix"), name);
+        }
+        assert!(Layout(9).choice().is_err());
     }
 
     #[test]

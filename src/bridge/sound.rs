@@ -8,7 +8,7 @@ use super::error::{CallError, Status};
 use super::handles::{HandleTable, Kind};
 use super::record::record;
 use crate::output::DeviceInterface;
-use crate::runtime::device::output::{DeviceOutput, DeviceReport};
+use crate::runtime::device::output::{DeviceOutput, DeviceReport, check_device_channels};
 use crate::runtime::{RenderReport, Renderer, StreamWriter};
 
 /// A renderer with a private block, for callers whose memory other threads may access.
@@ -20,19 +20,23 @@ pub struct BlockRenderer {
 
 impl From<Renderer> for BlockRenderer {
     fn from(renderer: Renderer) -> Self {
-        let block = vec![0.0; 2 * renderer.block_frames()].into();
+        let block = vec![0.0; renderer.channels() * renderer.block_frames()].into();
         Self { renderer, block }
     }
 }
 
-/// Adds a renderer; its constant is its latency. Control thread.
+/// Bits of a renderer's constant that are its latency; its channels are above them.
+const LATENCY_BITS: u32 = 24;
+
+/// Adds a renderer; its constant is its latency and channels. Control thread.
 ///
 /// # Errors
 /// Those of [`HandleTable::insert_with`].
 pub fn insert_renderer(renderer: Renderer) -> Result<u64, CallError> {
     RENDERERS.insert_with(|| {
-        let latency_frames = renderer.latency_frames() as u32;
-        Ok((renderer.into(), latency_frames))
+        let constant = renderer.latency_frames() as u32;
+        let constant = constant | (renderer.channels() as u32) << LATENCY_BITS;
+        Ok((renderer.into(), constant))
     })
 }
 
@@ -84,19 +88,28 @@ impl From<RenderReport> for RenderInfo {
     }
 }
 
-/// Renders interleaved stereo into `output`; silence on failure. Audio thread.
+/// Renders interleaved frames of `channels` channels into `output`; silence on failure. Audio thread.
 ///
 /// # Errors
-/// Those of [`HandleTable::try_with`].
-pub fn render(renderer: u64, output: &mut [f32]) -> Result<RenderInfo, CallError> {
-    let result = RENDERERS.try_with(renderer, |entry| Ok(entry.renderer.render(output).into()));
+/// Those of [`HandleTable::try_with`]; [`Status::BadArgument`] for another number of channels than the engine's.
+pub fn render(renderer: u64, output: &mut [f32], channels: usize) -> Result<RenderInfo, CallError> {
+    const CHANNELS: CallError = CallError::fixed(
+        Status::BadArgument,
+        "channels: the engine has another number; pass that of foresound_renderer_channels",
+    );
+    let result = RENDERERS.try_with(renderer, |entry| {
+        if entry.renderer.channels() != channels {
+            return Err(CHANNELS);
+        }
+        Ok(entry.renderer.render(output).into())
+    });
     if result.is_err() {
         output.fill(0.0);
     }
     result
 }
 
-/// Renders interleaved stereo block by block and passes each to `take` with its index in samples: for memory that other
+/// Renders interleaved channels block by block and passes each to `take` with its index in samples: for memory that other
 /// threads may access. Several blocks consume several graphics frames. Audio thread.
 ///
 /// # Errors
@@ -110,8 +123,9 @@ pub fn render_blocks(
         let mut total = RenderInfo::default();
         let mut done = 0;
         while done < frames {
-            let count = (frames - done).min(entry.block.len() / 2);
-            let block = &mut entry.block[..2 * count];
+            let channels = entry.renderer.channels();
+            let count = (frames - done).min(entry.block.len() / channels);
+            let block = &mut entry.block[..channels * count];
             let made = RenderInfo::from(entry.renderer.render(block));
             total = RenderInfo {
                 frames: total.frames + made.frames,
@@ -122,7 +136,7 @@ pub fn render_blocks(
                 missed_deadline: total.missed_deadline | made.missed_deadline,
                 ..made
             };
-            take(2 * done, block)?;
+            take(channels * done, block)?;
             done += count;
         }
         Ok(total)
@@ -134,7 +148,15 @@ pub fn render_blocks(
 /// # Errors
 /// Those of [`HandleTable::constant`].
 pub fn latency_frames(renderer: u64) -> Result<u32, CallError> {
-    RENDERERS.constant(renderer)
+    Ok(RENDERERS.constant(renderer)? & ((1 << LATENCY_BITS) - 1))
+}
+
+/// Channels of what a renderer writes. Does not disturb [`render`]. Any thread.
+///
+/// # Errors
+/// Those of [`HandleTable::constant`].
+pub fn channels(renderer: u64) -> Result<u32, CallError> {
+    Ok(RENDERERS.constant(renderer)? >> LATENCY_BITS)
 }
 
 /// Appends as many samples to a stream as fit; returns their number. Any one thread, the audio thread included.
@@ -155,13 +177,15 @@ pub fn write_stream(stream: u64, samples: &[f32]) -> Result<usize, CallError> {
 /// handle and closes the renderer's. The device is Oboe's on Android and silent elsewhere. Control thread.
 ///
 /// # Errors
-/// Those of [`HandleTable::remove`]; [`Status::BadArgument`] outside 1 to 64, and the renderer stays open; [`Status::State`]
+/// Those of [`HandleTable::remove`]; [`Status::BadArgument`] outside 1 to 64, or for a renderer without two channels, and
+/// the renderer stays open; [`Status::State`]
 /// if no thread can be started. A device that does not open is tried again and reported by [`output_info`].
 pub fn start_output(renderer: u64, blocks_ahead: usize) -> Result<u64, CallError> {
     if !(1..=64).contains(&blocks_ahead) {
         let text = format!("blocks_ahead: {blocks_ahead} is outside 1 to 64");
         return Err(CallError::bad(text));
     }
+    check_device_channels(channels(renderer)? as usize)?;
     OUTPUTS.insert_with(|| {
         let entry = RENDERERS.remove(renderer)?;
         let device = crate::runtime::device::output::system_device();

@@ -1,37 +1,35 @@
-//! Renders the paths of each graphics frame binaurally.
+//! Renders the paths of each graphics frame in the layout of the output.
 //!
 //! Audio side: one thread alternately calls [`Generator::set_frame`], or the functions that prepare a frame in parts, and
 //! [`Generator::render`]. They are wait-free: no allocation, lock, panic or clock. Input: [`FramePaths`] and one mono signal
-//! per source; output: interleaved stereo and a [`BlockReport`].
+//! per source; output: interleaved channels and a [`BlockReport`].
 
 use std::sync::Arc;
 
 use glam::Quat;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::extrapolation::FramePaths;
 use crate::simd::F32x8;
 
 use super::{BandCorrection, BandFilter, BlockReport, CHUNK, GeneratorSettings, Hrtf, Limiter};
 use crate::generation::bands::air_filter::AirFilter;
 use crate::generation::bands::band_filter::SIGNALS;
-use crate::generation::binaural::far_field::FarField;
-use crate::generation::binaural::filter_bank::Binaural;
 use crate::generation::delay::delay_line::DelayLine;
 use crate::generation::delay::interpolation::AHEAD;
+use crate::generation::output_stage::OutputStage;
 use crate::generation::ramp::ChunkSpan;
 use crate::generation::render_context::{Dropped, RenderContext, SlotOwner};
 use crate::generation::reverb::late_reverb::LateReverb;
-use crate::generation::voices::voice_set::VoiceSet;
 
 /// Input samples of at least this magnitude and NaN are replaced by zero: squares stay finite.
 const MAX_SAMPLE: f32 = 1e6;
 
 /// The voices' inputs, borrowed field by field.
 macro_rules! context {
-    ($generator:ident, $frame:expr, $ramp:expr) => {
+    ($generator:ident, $table:expr, $frame:expr, $ramp:expr) => {
         RenderContext {
-            hrtf: &$generator.hrtf,
+            table: &$table,
             correction: &$generator.correction,
             air: &$generator.air,
             air_np_per_s: $frame.high_air_np_per_s,
@@ -52,13 +50,6 @@ fn orientation(given: &Quat) -> Quat {
     } else {
         Quat::IDENTITY
     }
-}
-
-/// The late reverb and its rendering.
-#[derive(Debug)]
-struct LateField {
-    reverb: LateReverb,
-    far_field: FarField,
 }
 
 /// The sound generation stage.
@@ -84,16 +75,20 @@ struct LateField {
 pub struct Generator {
     rate_hz: f64,
     max_delay: f64,
-    hrtf: Arc<Hrtf>,
+    /// Channels of the output.
+    channels: usize,
     correction: BandCorrection,
     air: AirFilter,
     /// One filter per four sources.
     filters: Vec<BandFilter>,
     lines: Vec<DelayLine>,
     owners: Vec<SlotOwner>,
-    voices: VoiceSet,
-    late: Option<LateField>,
-    binaural: Binaural,
+    late: Option<LateReverb>,
+    stage: Box<OutputStage>,
+    /// The stage from the next frame on.
+    next_stage: Option<Box<OutputStage>>,
+    /// The stage before the last change, while it fades out and until it is retired.
+    last_stage: Option<Box<OutputStage>>,
     limiter: Option<Limiter>,
     /// Audio frames since the start.
     now: i64,
@@ -102,37 +97,37 @@ pub struct Generator {
     /// Input of four sources with invalid samples replaced, and its bands.
     clean: [Vec<f32>; SIGNALS],
     bands: [Vec<F32x8>; SIGNALS],
-    ears: [Vec<f32>; 2],
+    /// Gains of a signal without position in the first two channels.
+    bed_gains: [f32; 2],
     report: BlockReport,
 }
 
 impl Generator {
     /// A silent generator. Control side; allocates.
     ///
-    /// Errors: [`Error::Setting`] for a setting out of range, or an HRTF set with a different sample rate.
+    /// The HRTF set matters in [`Layout::Binaural`](crate::Layout::Binaural) only.
+    ///
+    /// Errors: [`Error::Setting`](crate::Error::Setting) for a setting out of range, or an HRTF set with a different sample
+    /// rate.
     pub fn new(settings: GeneratorSettings, hrtf: Arc<Hrtf>) -> Result<Self> {
         settings.check()?;
-        if hrtf.rate_hz() != settings.rate_hz {
-            return Err(Error::setting(
-                "rate_hz",
-                format!(
-                    "{} Hz, but the HRTF set is for {} Hz",
-                    settings.rate_hz,
-                    hrtf.rate_hz()
-                ),
-                "load the set that is baked for this rate",
-            ));
-        }
+        let stage = Box::new(OutputStage::new(&settings, &hrtf)?);
+        let channels = settings.output_channels();
         let rate_hz = f64::from(settings.rate_hz);
         let max_delay = (settings.max_delay_s * rate_hz).ceil();
         let limiter = match settings.limiter {
-            true => Some(Limiter::new(settings.rate_hz, settings.ceiling_db)?),
+            true => Some(Limiter::new(
+                settings.rate_hz,
+                channels,
+                settings.ceiling_db,
+            )?),
             false => None,
         };
         let sources = settings.max_sources;
         Ok(Self {
             rate_hz,
             max_delay,
+            channels,
             correction: BandCorrection::new(settings.rate_hz),
             air: AirFilter::new(settings.rate_hz),
             filters: (0..sources.div_ceil(SIGNALS))
@@ -142,25 +137,43 @@ impl Generator {
                 .map(|_| DelayLine::new(max_delay as usize))
                 .collect(),
             owners: vec![SlotOwner::NONE; sources],
-            voices: VoiceSet::new(
-                settings.max_voices,
-                settings.fine_voices.min(settings.max_voices),
-                &hrtf,
-            ),
-            late: settings.late.then(|| LateField {
-                reverb: LateReverb::new(settings.rate_hz, sources),
-                far_field: FarField::new(&hrtf),
-            }),
-            binaural: Binaural::new(&hrtf),
+            late: settings
+                .late
+                .then(|| LateReverb::new(settings.rate_hz, sources)),
+            bed_gains: stage.bed_gains(),
+            stage,
+            next_stage: None,
+            last_stage: None,
             limiter,
             now: 0,
             left: 0,
             clean: std::array::from_fn(|_| vec![0.0; CHUNK]),
             bands: std::array::from_fn(|_| vec![F32x8::ZERO; CHUNK]),
-            ears: std::array::from_fn(|_| vec![0.0; CHUNK]),
             report: BlockReport::default(),
-            hrtf,
         })
+    }
+
+    /// Channels of the output; constant.
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// Renders by another stage from the next frame on: all paths start in it and fade out in the present one. Only while
+    /// [`Self::can_change_stage`]. Real-time.
+    pub(crate) fn change_stage(&mut self, mut stage: Box<OutputStage>) {
+        debug_assert!(self.can_change_stage(), "a stage is still fading");
+        stage.start_silent();
+        self.next_stage = Some(stage);
+    }
+
+    /// Whether no stage fades out or waits. Real-time.
+    pub(crate) fn can_change_stage(&self) -> bool {
+        self.next_stage.is_none() && self.last_stage.is_none()
+    }
+
+    /// The stage that has faded out, once, for the control side to free. Real-time.
+    pub(crate) fn take_retired_stage(&mut self) -> Option<Box<OutputStage>> {
+        self.last_stage.take_if(|stage| stage.is_over())
     }
 
     /// Latency in frames besides path and ear delays: interpolation and limiter.
@@ -176,7 +189,8 @@ impl Generator {
     ///
     /// Real-time: no allocation; time grows at most as n log n with the number n of paths.
     pub fn set_frame(&mut self, frame: &FramePaths, ramp_frames: u32) {
-        self.voices.discard_paths();
+        let stage = self.next_stage.as_mut().unwrap_or(&mut self.stage);
+        stage.voices.discard_paths();
         self.set_prepared_frame(frame, ramp_frames);
     }
 
@@ -185,10 +199,11 @@ impl Generator {
     ///
     /// Real-time, on the rendering thread: no allocation; time grows with `most`, and slowly with the number of paths.
     pub fn prepare_frame(&mut self, frame: &FramePaths, most: usize) -> bool {
-        let context = context!(self, frame, 1);
+        let stage = self.next_stage.as_mut().unwrap_or(&mut self.stage);
+        let context = context!(self, stage.table, frame, 1);
         let paths = &frame.paths;
-        self.voices
-            .prepare_paths(paths, &self.owners, &context, most)
+        let voices = &mut stage.voices;
+        voices.prepare_paths(paths, &self.owners, &context, most)
     }
 
     /// [`Self::set_frame`] for a frame of [`Self::prepare_frame`]: the same result, bit for bit, in less time. Prepares the
@@ -196,8 +211,11 @@ impl Generator {
     pub fn set_prepared_frame(&mut self, frame: &FramePaths, ramp_frames: u32) {
         let ramp = ramp_frames.max(1);
         self.update_owners(frame);
-        let context = context!(self, frame, ramp);
-        let dropped = self.voices.set_paths(&frame.paths, &self.owners, &context);
+        self.apply_next_stage(frame, ramp);
+        let stage = &mut self.stage;
+        let context = context!(self, stage.table, frame, ramp);
+        let voices = &mut stage.voices;
+        let dropped = voices.set_paths(&frame.paths, &self.owners, &context);
         self.update_late(frame, dropped, ramp);
     }
 
@@ -208,10 +226,13 @@ impl Generator {
     pub fn take_prepared_frame(&mut self, frame: &FramePaths, ramp_frames: u32) -> usize {
         let ramp = ramp_frames.max(1);
         self.update_owners(frame);
-        let context = context!(self, frame, ramp);
-        let dropped = self.voices.take_paths(&frame.paths, &self.owners, &context);
+        self.apply_next_stage(frame, ramp);
+        let stage = &mut self.stage;
+        let context = context!(self, stage.table, frame, ramp);
+        let voices = &mut stage.voices;
+        let dropped = voices.take_paths(&frame.paths, &self.owners, &context);
         self.update_late(frame, dropped, ramp);
-        self.voices.pending_count()
+        self.stage.voices.pending_count()
     }
 
     /// Starts the voices of up to `most` waiting paths, the loudest first; returns the number of paths still waiting.
@@ -224,7 +245,7 @@ impl Generator {
     /// Real-time, on the rendering thread: no allocation; time grows with `most`, and slowly with the number of voices.
     pub fn start_voices(&mut self, most: usize) -> usize {
         let context = RenderContext {
-            hrtf: &self.hrtf,
+            table: &self.stage.table,
             correction: &self.correction,
             air: &self.air,
             air_np_per_s: Default::default(),
@@ -235,7 +256,18 @@ impl Generator {
             left: self.left,
             ramp: self.left.max(CHUNK as u32),
         };
-        self.voices.start(most, &self.owners, &context)
+        self.stage.voices.start(most, &self.owners, &context)
+    }
+
+    /// Exchanges the stages at the frame of a change, and fades the last one.
+    fn apply_next_stage(&mut self, frame: &FramePaths, ramp: u32) {
+        let Some(next) = self.next_stage.take() else {
+            return;
+        };
+        let mut last = std::mem::replace(&mut self.stage, next);
+        let table = Arc::clone(&last.table);
+        last.fade(&self.owners, &context!(self, table, frame, ramp));
+        self.last_stage = Some(last);
     }
 
     /// Updates the owners of the slots; a new owner starts from silence.
@@ -264,9 +296,8 @@ impl Generator {
         self.report.late_starts += dropped.late_starts;
         if let Some(late) = &mut self.late {
             let to_head = orientation(&frame.orientation).conjugate();
-            late.far_field
-                .set_orientation(&self.hrtf, to_head, self.left, ramp);
-            late.reverb.set_frame(
+            self.stage.set_orientation(to_head, self.left, ramp);
+            late.set_frame(
                 frame,
                 self.max_delay as i64,
                 &self.correction,
@@ -277,7 +308,7 @@ impl Generator {
         self.left = ramp;
     }
 
-    /// Renders `output.len() / 2` frames of interleaved stereo, overwriting `output`.
+    /// Renders `output.len() / channels` frames of interleaved [`Self::channels`], overwriting `output`.
     ///
     /// `inputs` holds one mono signal per source slot, in which 1 is the pressure at 1 m in the free field. An empty or
     /// missing signal is silence; a short one is padded with silence.
@@ -288,41 +319,59 @@ impl Generator {
         self.render_with_bed(inputs, &[], output)
     }
 
-    /// [`Self::render`] with a mono signal that is heard as it is, without a position, in front of the limiter.
+    /// [`Self::render`] with a mono signal that is heard as it is, without a position, in front of the limiter: from the first
+    /// two channels, or the omnidirectional one of Ambisonics.
     pub fn render_with_bed(
         &mut self,
         inputs: &[&[f32]],
         bed: &[f32],
         output: &mut [f32],
     ) -> BlockReport {
-        let frames = output.len() / 2;
+        let channels = self.channels;
+        let frames = output.len() / channels;
         let mut start = 0;
         while start < frames {
             let mut count = (frames - start).min(CHUNK);
             if self.left > 0 {
                 count = count.min(self.left as usize);
             }
-            self.render_chunk(inputs, start, &mut output[2 * start..2 * (start + count)]);
+            self.render_chunk(
+                inputs,
+                start,
+                &mut output[channels * start..channels * (start + count)],
+            );
             start += count;
         }
-        output[2 * frames..].fill(0.0);
-        for (pair, sample) in output.chunks_exact_mut(2).zip(bed) {
-            if sample.abs() < MAX_SAMPLE {
-                pair.iter_mut().for_each(|value| *value += sample);
-            }
-        }
+        output[channels * frames..].fill(0.0);
+        self.add_bed(bed, output);
         let mut report = std::mem::take(&mut self.report);
         if let Some(limiter) = &mut self.limiter {
             report.limiter_gain_min = limiter.process(output);
         }
         report.frames = frames as u32;
-        report.voices = self.voices.count() as u32;
+        let stages = self.last_stage.iter().chain([&self.stage]);
+        report.voices = stages.map(|stage| stage.voices.count() as u32).sum();
         report
+    }
+
+    /// Adds a signal without position; its gains glide where the layout has changed.
+    fn add_bed(&mut self, bed: &[f32], output: &mut [f32]) {
+        const STEP: f32 = 1.0 / CHUNK as f32;
+        let targets = self.stage.bed_gains();
+        for (frame, sample) in output.chunks_exact_mut(self.channels).zip(bed) {
+            let gains = self.bed_gains.iter_mut().zip(targets);
+            for (value, (gain, target)) in frame.iter_mut().zip(gains) {
+                *gain += (target - *gain).clamp(-STEP, STEP);
+                if sample.abs() < MAX_SAMPLE {
+                    *value += *gain * sample;
+                }
+            }
+        }
     }
 
     /// Renders a chunk within which no ramp ends.
     fn render_chunk(&mut self, inputs: &[&[f32]], start: usize, output: &mut [f32]) {
-        let frames = output.len() / 2;
+        let frames = output.len() / self.channels;
         for quartet in 0..self.filters.len() {
             self.write_sources(quartet, inputs, start, frames);
         }
@@ -331,30 +380,30 @@ impl Generator {
             left: self.left,
             frames,
         };
-        self.voices.render(&self.lines, chunk, &mut self.binaural);
-        if let Some(LateField { reverb, far_field }) = &mut self.late {
+        output.fill(0.0);
+        self.stage.add_voices(&self.lines, chunk);
+        let mut last_stage = self.last_stage.as_mut().filter(|stage| !stage.is_over());
+        if let Some(last) = &mut last_stage {
+            last.add_voices(&self.lines, chunk);
+        }
+        if let Some(reverb) = &mut self.late {
             for (slot, line) in self.lines.iter().enumerate() {
                 reverb.collect(slot, line, chunk);
             }
-            let left = self.left;
-            far_field.render(left, frames, &mut self.binaural, |signals, at| {
-                reverb.process(left, signals, at, frames)
-            });
+            let waves = reverb.process(self.left, frames);
+            self.stage.add_waves(chunk, waves);
+            if let Some(last) = &mut last_stage {
+                last.add_waves(chunk, waves);
+            }
         }
-        let [ear_l, ear_r] = &mut self.ears;
-        let (ear_l, ear_r) = (&mut ear_l[..frames], &mut ear_r[..frames]);
-        self.binaural.finish([ear_l, ear_r]);
-        for (pair, (&l, &r)) in output
-            .chunks_exact_mut(2)
-            .zip(ear_l.iter().zip(ear_r.iter()))
-        {
-            pair[0] = l;
-            pair[1] = r;
-            for value in pair {
-                if !value.is_finite() {
-                    *value = 0.0;
-                    self.report.non_finite += 1;
-                }
+        self.stage.finish(output, self.channels);
+        if let Some(last) = last_stage {
+            last.finish(output, self.channels);
+        }
+        for value in output {
+            if !value.is_finite() {
+                *value = 0.0;
+                self.report.non_finite += 1;
             }
         }
         self.now += frames as i64;

@@ -1,10 +1,10 @@
 //! Keeps the output below full scale.
 //!
 //! Audio side; wait-free, amortised constant time per frame; allocates at construction only. Input and output: interleaved
-//! stereo.
+//! channels.
 //!
 //! Look-ahead peak limiter of the usual construction: the required gain of every frame is held over the look-ahead and
-//! averaged over the same length, which reaches it when the peak leaves the delay. Both channels share one gain. The loss
+//! averaged over the same length, which reaches it when the peak leaves the delay. All channels share one gain. The loss
 //! of gain is an integer and its sums are exact: below the ceiling the gain is exactly one and the limiter a pure delay,
 //! bit for bit.
 
@@ -17,13 +17,13 @@ const ONE: u32 = 1 << 30;
 /// Power of two by which the loss decays per frame: a time constant of 4096 frames, 93 ms at 44.1 kHz.
 const RELEASE_SHIFT: u32 = 12;
 
-/// Look-ahead limiter of a stereo output.
+/// Look-ahead limiter of interleaved channels.
 ///
 /// ```
 /// use foresound::generation::Limiter;
 ///
 /// # fn main() -> foresound::Result<()> {
-/// let mut limiter = Limiter::new(44_100, -0.3)?;
+/// let mut limiter = Limiter::new(44_100, 2, -0.3)?;
 /// let mut block = [2.0; 2 * 256];
 /// assert!(limiter.process(&mut block) < 1.0);
 /// assert!(block.iter().all(|sample| sample.abs() < 1.0));
@@ -35,7 +35,9 @@ pub struct Limiter {
     ceiling: f32,
     /// Frames of delay; the window is one longer.
     look_ahead: usize,
-    delayed: Vec<[f32; 2]>,
+    channels: usize,
+    /// A ring of interleaved frames.
+    delayed: Vec<f32>,
     /// Losses of the averaging window.
     averaged: Vec<u32>,
     sum: u64,
@@ -51,10 +53,10 @@ pub struct Limiter {
 impl Limiter {
     /// A limiter at rest. Control side; allocates.
     ///
-    /// Range: `ceiling_db` from −60 to 0 dB re full scale.
+    /// Range: 1 to 64 channels, `ceiling_db` from −60 to 0 dB re full scale.
     ///
-    /// Errors: [`Error::Setting`] outside it.
-    pub fn new(rate_hz: u32, ceiling_db: f32) -> Result<Self> {
+    /// Errors: [`Error::Setting`] outside them.
+    pub fn new(rate_hz: u32, channels: usize, ceiling_db: f32) -> Result<Self> {
         if !(-60.0..=0.0).contains(&ceiling_db) {
             return Err(Error::setting(
                 "ceiling_db",
@@ -62,11 +64,19 @@ impl Limiter {
                 "choose a ceiling from -60 to 0 dB",
             ));
         }
+        if !(1..=64).contains(&channels) {
+            return Err(Error::setting(
+                "channels",
+                format!("{channels} channels"),
+                "choose a number from 1 to 64",
+            ));
+        }
         let look_ahead = (LOOK_AHEAD_S * f64::from(rate_hz)).round() as usize;
         Ok(Self {
             ceiling: 10f32.powf(ceiling_db / 20.0),
             look_ahead,
-            delayed: vec![[0.0; 2]; look_ahead],
+            channels,
+            delayed: vec![0.0; look_ahead * channels],
             averaged: vec![0; look_ahead + 1],
             sum: 0,
             candidates: vec![(0, 0); look_ahead + 2],
@@ -86,19 +96,22 @@ impl Limiter {
     /// allocation.
     pub fn process(&mut self, interleaved: &mut [f32]) -> f32 {
         let mut max_loss = 0;
-        for pair in interleaved.chunks_exact_mut(2) {
-            let loss = self.loss(pair[0].abs().max(pair[1].abs()));
-            let index = (self.frame % self.delayed.len() as u64) as usize;
-            let delayed = std::mem::replace(&mut self.delayed[index], [pair[0], pair[1]]);
+        for frame in interleaved.chunks_exact_mut(self.channels) {
+            let peak = frame
+                .iter()
+                .fold(0.0f32, |peak, sample| peak.max(sample.abs()));
+            let loss = self.loss(peak);
+            let index = (self.frame % self.look_ahead as u64) as usize * self.channels;
             self.frame += 1;
             max_loss = max_loss.max(loss);
-            if loss == 0 {
-                pair.copy_from_slice(&delayed);
-            } else {
-                let gain = self.gain(loss);
-                // The product of the rounded gain may exceed the ceiling by one bit.
-                pair[0] = (delayed[0] * gain).clamp(-self.ceiling, self.ceiling);
-                pair[1] = (delayed[1] * gain).clamp(-self.ceiling, self.ceiling);
+            let gain = if loss > 0 { self.gain(loss) } else { 1.0 };
+            let delayed = &mut self.delayed[index..index + self.channels];
+            for (sample, delayed) in frame.iter_mut().zip(delayed) {
+                std::mem::swap(sample, delayed);
+                if loss > 0 {
+                    // The product of the rounded gain may exceed the ceiling by one bit.
+                    *sample = (*sample * gain).clamp(-self.ceiling, self.ceiling);
+                }
             }
         }
         self.gain(max_loss)
@@ -164,7 +177,7 @@ mod tests {
 
     #[test]
     fn quiet_signal_passes_bit_for_bit_after_the_delay() {
-        let mut limiter = Limiter::new(44_100, -0.3).unwrap();
+        let mut limiter = Limiter::new(44_100, 2, -0.3).unwrap();
         let signal = noise(5000, 0.9);
         let mut out = signal.clone();
         assert_eq!(limiter.process(&mut out), 1.0);
@@ -177,7 +190,7 @@ mod tests {
     #[test]
     fn no_sample_exceeds_the_ceiling() {
         for level in [1.1, 5.0, 1e6] {
-            let mut limiter = Limiter::new(48_000, -0.3).unwrap();
+            let mut limiter = Limiter::new(48_000, 2, -0.3).unwrap();
             let ceiling = limiter.ceiling;
             let mut out = noise(40_000, level);
             let least = limiter.process(&mut out);
@@ -188,7 +201,7 @@ mod tests {
 
     #[test]
     fn gain_is_reduced_before_the_peak_and_returns_to_one() {
-        let mut limiter = Limiter::new(44_100, 0.0).unwrap();
+        let mut limiter = Limiter::new(44_100, 2, 0.0).unwrap();
         let mut out = vec![0.25; 2 * 120_000];
         out[2 * 1000] = 4.0;
         limiter.process(&mut out);
@@ -208,8 +221,8 @@ mod tests {
     fn block_split_does_not_change_a_bit() {
         let signal = noise(3000, 3.0);
         let (mut whole, mut parts) = (signal.clone(), signal);
-        Limiter::new(44_100, -1.0).unwrap().process(&mut whole);
-        let mut limiter = Limiter::new(44_100, -1.0).unwrap();
+        Limiter::new(44_100, 2, -1.0).unwrap().process(&mut whole);
+        let mut limiter = Limiter::new(44_100, 2, -1.0).unwrap();
         for part in parts.chunks_mut(2 * 37) {
             limiter.process(part);
         }

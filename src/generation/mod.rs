@@ -1,7 +1,7 @@
-//! SGS: the sound generation stage. Renders the paths of each graphics frame binaurally.
+//! SGS: the sound generation stage. Renders the paths of each graphics frame for headphones, loudspeakers or Ambisonics.
 //!
 //! Runs on the caller's audio thread. Input: [`crate::extrapolation::FramePaths`] and one mono signal per source; output:
-//! interleaved stereo. Control side: settings, [`Hrtf`] and [`Generator::new`]. Audio side, wait-free and without
+//! the interleaved channels of a [`Layout`]. Control side: settings, [`Hrtf`] and [`Generator::new`]. Audio side, wait-free and without
 //! allocation: [`Generator::set_frame`] and [`Generator::render`].
 //!
 //! Signal flow: [`BandFilter`] splits a source into eight bands, and a delay line stores them. Each path has a voice, which
@@ -14,6 +14,8 @@ pub mod binaural;
 pub mod delay;
 mod generator;
 mod limiter;
+mod output_stage;
+pub mod panning;
 mod ramp;
 mod render_context;
 mod report;
@@ -27,8 +29,10 @@ pub mod voices;
 pub use crate::generation::bands::band_correction::BandCorrection;
 pub use crate::generation::bands::band_filter::BandFilter;
 pub use crate::generation::binaural::hrtf::Hrtf;
+pub use crate::generation::panning::layout::Layout;
 pub use generator::Generator;
 pub use limiter::Limiter;
+pub(crate) use output_stage::OutputStage;
 pub use report::BlockReport;
 pub use settings::GeneratorSettings;
 

@@ -3,8 +3,9 @@
 use glam::Quat;
 
 use crate::acoustics::medium::HIGH_AIR_HZ;
+use crate::generation::BandCorrection;
 use crate::generation::bands::air_filter::AirFilter;
-use crate::generation::{BandCorrection, Hrtf};
+use crate::generation::panning::direction_table::DirectionTable;
 
 /// Paths of a frame without a voice.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -20,7 +21,7 @@ pub(crate) struct Dropped {
 /// Inputs of the voices at a new frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RenderContext<'a> {
-    pub(crate) hrtf: &'a Hrtf,
+    pub(crate) table: &'a DirectionTable,
     pub(crate) correction: &'a BandCorrection,
     pub(crate) air: &'a AirFilter,
     /// Absorption of air in Np/s at [`HIGH_AIR_HZ`].

@@ -2,6 +2,7 @@
 
 use crate::acoustics::bands::EDGES_HZ;
 use crate::error::{Error, Result};
+use crate::generation::panning::layout::Layout;
 
 // Measured; `tools/tests/limits.rs` compares them with what is allocated.
 /// Bytes of a voice: weights of two ears, history, plan.
@@ -36,6 +37,11 @@ pub struct GeneratorSettings {
     pub late: bool,
     /// Whether the output is limited. Off for impulse responses: the output is then linear, and 1.5 ms earlier.
     pub limiter: bool,
+    /// Layout of the output at first.
+    pub layout: Layout,
+    /// Channels of the output, constant while the layout may change; `None` is the number that `layout` has. Channels
+    /// beyond those of a layout are silent. To 16.
+    pub channels: Option<usize>,
     /// Ceiling of the limiter in dB re full scale, −60 to 0.
     pub ceiling_db: f32,
 }
@@ -51,6 +57,8 @@ impl Default for GeneratorSettings {
             max_delay_s: 1.5,
             late: true,
             limiter: true,
+            layout: Layout::default(),
+            channels: None,
             ceiling_db: -0.3,
         }
     }
@@ -67,6 +75,11 @@ impl GeneratorSettings {
         slots.saturating_add(voices).saturating_add(FIXED_BYTES)
     }
 
+    /// Channels of the output.
+    pub fn output_channels(&self) -> usize {
+        self.channels.unwrap_or(self.layout.channels())
+    }
+
     /// Checks every range.
     ///
     /// Errors: [`Error::Setting`] with the setting's name and advice.
@@ -77,6 +90,8 @@ impl GeneratorSettings {
         within("max_sources", self.max_sources, 1, 256)?;
         within("max_voices", self.max_voices, 1, 16_384)?;
         within("max_delay_s", self.max_delay_s, 0.01, 10.0)?;
+        within("channels", self.output_channels(), 1, 16)?;
+        self.layout.check_channels(self.output_channels())?;
         within("ceiling_db", self.ceiling_db, -60.0, 0.0)
     }
 }

@@ -15,6 +15,9 @@ use crate::{Error, Result};
 /// Largest data chunk in bytes: RIFF sizes have 32 bits, and the header takes less than 1 KiB.
 const MAX_DATA_BYTES: u64 = u32::MAX as u64 - 1024;
 
+/// Offset of the mask of positions in the header: hound's files of floats, and of more than two channels, have one.
+const MASK_OFFSET: u64 = 40;
+
 /// Sample format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum WavFormat {
@@ -67,6 +70,8 @@ pub struct WavSink {
     path: PathBuf,
     format: WavFormat,
     channels: u16,
+    /// Positions of the channels, if they are not those of hound.
+    mask: Option<u32>,
     samples_written: u64,
 }
 
@@ -106,8 +111,15 @@ impl WavSink {
             path,
             format,
             channels,
+            mask: None,
             samples_written: 0,
         })
+    }
+
+    /// States the positions of the channels as the mask of the WAV format: one bit a channel, 0 for none. Without it the
+    /// first positions of the format are stated.
+    pub fn set_positions(&mut self, mask: u32) {
+        self.mask = Some(mask);
     }
 
     /// Audio frames written so far.
@@ -176,9 +188,13 @@ impl WavSink {
             writer,
             whole,
             path,
+            mask,
             ..
         } = self;
         writer.finalize().map_err(|e| wav_write_error(&path, e))?;
+        if let Some(mask) = mask {
+            whole.patch(MASK_OFFSET, &mask.to_le_bytes())?;
+        }
         whole.keep()
     }
 

@@ -3,8 +3,8 @@
 //! Control side; blocks on the disk. Content is written to a new file of a name that nothing else has, in the same folder, and
 //! renamed when it is complete: a file with its final name is always complete, and concurrent writers do not meet.
 
-use std::fs::{self, File};
-use std::io::{self, BufWriter, ErrorKind, Write};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
@@ -90,6 +90,22 @@ impl WholeFile {
     /// The final path.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Overwrites bytes of the temporary file, which the caller has flushed and closed.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the file cannot be written.
+    pub(crate) fn patch(&self, offset: u64, bytes: &[u8]) -> Result<()> {
+        let Some(temporary) = &self.temporary else {
+            return Ok(());
+        };
+        let file = OpenOptions::new().write(true).open(temporary);
+        file.and_then(|mut file| {
+            file.seek(SeekFrom::Start(offset))?;
+            file.write_all(bytes)
+        })
+        .map_err(|error| write_error(&self.path, error))
     }
 
     /// Renames the file to its final name. The caller must have flushed and closed it.

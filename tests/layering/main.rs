@@ -68,13 +68,14 @@ const TABLE: [(&str, &str); 40] = [
     ),
     (
         "generation",
-        "acoustics error extrapolation generation::bands generation::binaural generation::delay generation::reverb generation::voices simd",
+        "acoustics error extrapolation generation::bands generation::binaural generation::delay generation::panning generation::reverb generation::voices simd",
     ),
     ("generation::bands", "acoustics generation::delay simd"),
     ("generation::delay", "acoustics simd"),
+    ("generation::panning", "error simd"),
     (
         "generation::binaural",
-        "error generation generation::delay generation::reverb simd",
+        "error generation generation::delay generation::panning generation::reverb simd",
     ),
     (
         "generation::reverb",
@@ -82,7 +83,7 @@ const TABLE: [(&str, &str); 40] = [
     ),
     (
         "generation::voices",
-        "acoustics extrapolation generation generation::bands generation::binaural generation::delay simd",
+        "acoustics extrapolation generation generation::bands generation::binaural generation::delay generation::panning simd",
     ),
     ("output", "error"),
     ("runtime", ""),

@@ -31,10 +31,12 @@ struct Channel {
     quiet_until: u64,
 }
 
-/// Detector for interleaved stereo.
+/// Detector for interleaved channels.
 #[derive(Debug, Clone)]
 pub struct ClickDetector {
-    channels: [Channel; 2],
+    channels: Vec<Channel>,
+    /// Whether differences are relative to the loudest channel instead of the own one.
+    is_one_field: bool,
     decay: f32,
     one_click: u64,
     window: u64,
@@ -48,11 +50,25 @@ pub struct ClickDetector {
 }
 
 impl ClickDetector {
-    /// For sound at a rate in Hz.
+    /// For stereo at a rate in Hz.
     pub fn new(rate_hz: u32) -> Self {
+        Self::of(rate_hz, 2)
+    }
+
+    /// For so many channels of one sound field at a rate in Hz: differences are relative to the loudest of them, as a channel
+    /// that begins to sound is silent before.
+    pub fn with_channels(rate_hz: u32, channels: usize) -> Self {
+        Self {
+            is_one_field: true,
+            ..Self::of(rate_hz, channels)
+        }
+    }
+
+    fn of(rate_hz: u32, channels: usize) -> Self {
         let rate_hz = rate_hz as f32;
         Self {
-            channels: [Channel::default(); 2],
+            channels: vec![Channel::default(); channels.max(1)],
+            is_one_field: false,
             decay: (-std::f32::consts::LN_2 / (LATE_S * rate_hz)).exp(),
             one_click: (ONE_CLICK_S * rate_hz) as u64,
             window: (WINDOW_S * rate_hz) as u64,
@@ -68,16 +84,20 @@ impl ClickDetector {
 
     /// Analyses a block.
     pub fn push(&mut self, block: &[f32]) {
-        for pair in block.as_chunks::<2>().0 {
+        for frame in block.chunks_exact(self.channels.len()) {
             self.frames += 1;
-            for (channel, &sample) in self.channels.iter_mut().zip(pair) {
+            let loudest = match self.is_one_field {
+                true => self.channels.iter().map(|c| c.loudest).fold(0.0, f32::max),
+                false => 0.0,
+            };
+            for (channel, &sample) in self.channels.iter_mut().zip(frame) {
                 let [a, b, c, d] = channel.last;
                 let difference = (sample - 4.0 * d + 6.0 * c - 4.0 * b + a).abs();
                 channel.last = [b, c, d, sample];
                 channel.loudest = (channel.loudest * self.decay).max(sample.abs());
                 channel.sum += f64::from(sample);
                 self.peak = self.peak.max(sample.abs());
-                let share = difference / channel.loudest.max(QUIETEST / STEP_SHARE);
+                let share = difference / channel.loudest.max(loudest).max(QUIETEST / STEP_SHARE);
                 self.worst = self.worst.max(share);
                 if share > STEP_SHARE && self.frames >= channel.quiet_until {
                     channel.quiet_until = self.frames + self.one_click;
@@ -96,7 +116,7 @@ impl ClickDetector {
         }
     }
 
-    /// Clicks so far, of both channels.
+    /// Clicks so far, of all channels.
     pub fn clicks(&self) -> u64 {
         self.clicks
     }

@@ -789,6 +789,57 @@ fn a_rendering_tells_its_peak_and_places_without_sound() {
 }
 
 #[test]
+fn a_rendering_has_the_channels_of_its_layout() {
+    let folder = Folder::new();
+    let (room, out) = (folder.room(), folder.path("out.wav"));
+    let source = format!("1,1,1={}", text(&folder.wav("voice.wav", 1, 16)));
+    let render = |layout: &str| {
+        foresound(&[
+            "render",
+            "--scene",
+            text(&room),
+            "--source",
+            &source,
+            "--listener",
+            "1.5,1,1",
+            "--out",
+            text(&out),
+            "--seconds",
+            "0.3",
+            "--loop",
+            "--layout",
+            layout,
+            "--json",
+        ])
+    };
+    let masks = [3, 3, 4, 0x3f, 0x63f, 0x2d63f, 0, 0, 0];
+    for (layout, mask) in foresound::Layout::ALL.iter().zip(masks) {
+        let output = render(layout.name());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let told: serde_json::Value = serde_json::from_slice(&output.stdout).expect(&said);
+        assert_eq!(told["layout"], layout.name());
+        assert_eq!(told["channels"], layout.channels());
+        assert!(
+            told["peak_db"].is_f64() && told["energy_db"].is_f64(),
+            "{told}"
+        );
+        let bytes = std::fs::read(&out).expect("a file");
+        // The format's tag, the channels and their positions.
+        assert_eq!(bytes[20..22], [0xfe, 0xff]);
+        assert_eq!(bytes[22..24], (layout.channels() as u16).to_le_bytes());
+        assert_eq!(bytes[40..44], u32::to_le_bytes(mask), "{layout}");
+        let read = hound::WavReader::open(&out).expect("a WAV");
+        assert_eq!(usize::from(read.spec().channels), layout.channels());
+    }
+    let refused = render("9.1");
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(
+        !refused.status.success() && said.contains("7.1.4"),
+        "{said}"
+    );
+}
+
+#[test]
 fn completions_and_manual_name_the_commands() {
     for shell in ["bash", "zsh", "fish"] {
         assert!(printed(&["completions", shell]).contains("materials"));

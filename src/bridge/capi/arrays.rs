@@ -169,8 +169,8 @@ fn check_array<T>(pointer: *const T, count: usize, most: usize) -> Result<(), Ca
     }
 }
 
-/// Renders `frames` audio frames of interleaved stereo into `output`; silence on failure. `info`: null if unused. One thread
-/// at a time a renderer; a second concurrent call gets FORESOUND_STATUS_BUSY. Multiples of the engine's block size are the
+/// Renders `frames` audio frames of interleaved stereo into `output`; silence on failure. An engine of another number of
+/// channels than two is refused: use foresound_render_channels. `info`: null if unused. One thread at a time a renderer; a second concurrent call gets FORESOUND_STATUS_BUSY. Multiples of the engine's block size are the
 /// most efficient. Audio thread: wait-free, without allocation, without a message.
 ///
 /// # Safety
@@ -182,10 +182,48 @@ pub unsafe extern "C" fn foresound_render(
     frames: usize,
     info: *mut RenderInfo,
 ) -> Status {
+    // SAFETY: the caller's obligation.
+    unsafe { render(renderer, output, 2, frames, info) }
+}
+
+/// Renders `frames` audio frames of `channels` interleaved channels into `output`, as foresound_render; `channels` is the
+/// number of the engine (foresound_renderer_channels), another one gets FORESOUND_STATUS_BAD_ARGUMENT and silence. Audio
+/// thread: wait-free, without allocation, without a message.
+///
+/// # Safety
+/// Pointers are null or valid as the header says; `output` has `channels` x `frames` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn foresound_render_channels(
+    renderer: u64,
+    output: *mut f32,
+    channels: u32,
+    frames: usize,
+    info: *mut RenderInfo,
+) -> Status {
+    // SAFETY: the caller's obligation.
+    unsafe { render(renderer, output, channels, frames, info) }
+}
+
+/// Renders into a caller's array.
+///
+/// # Safety
+/// As [`foresound_render_channels`].
+unsafe fn render(
+    renderer: u64,
+    output: *mut f32,
+    channels: u32,
+    frames: usize,
+    info: *mut RenderInfo,
+) -> Status {
+    const CHANNELS: CallError = CallError::fixed(Status::BadArgument, "channels: outside 1 to 16");
     let result = catch_panic(|| {
+        if !(1..=16).contains(&channels) {
+            return Err(CHANNELS);
+        }
+        let channels = channels as usize;
         check_array(output, frames, 1 << 24)?;
         // SAFETY: the caller's obligation.
-        let output = unsafe { slice_mut("output", output, 2 * frames) }?;
+        let output = unsafe { slice_mut("output", output, channels * frames) }?;
         let info = if info.is_null() {
             Ok(None)
         } else {
@@ -193,7 +231,7 @@ pub unsafe extern "C" fn foresound_render(
             aligned(info).and_then(|()| unsafe { Variable::new(info) }.map(Some))
         };
         let info = info.inspect_err(|_| output.fill(0.0))?;
-        let rendered = sound::render(renderer, output)?;
+        let rendered = sound::render(renderer, output, channels)?;
         info.map_or(Ok(()), |info| info.store(rendered))
     });
     result.map_or_else(|error| error.status, |()| Status::Ok)

@@ -14,7 +14,7 @@ pub use arrays::*;
 pub use log_callback::*;
 
 use super::engine::{self, ENGINES, PropagationOptions, SourceOptions};
-use super::enumeration::{Predictor, Schedule};
+use super::enumeration::{Layout, Predictor, Schedule};
 use super::error::{CallError, Status, catch_panic};
 use super::health::{BudgetOptions, EngineHealth};
 use super::interface::{

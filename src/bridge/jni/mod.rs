@@ -18,7 +18,7 @@ use ::jni::sys::{JNI_ERR, JNI_VERSION_1_6, jint};
 use ::jni::{Env, EnvUnowned, JavaVM, NativeMethod, jni_str};
 
 use super::engine::{self, ENGINES, PropagationOptions, SourceOptions};
-use super::enumeration::{Predictor, Schedule};
+use super::enumeration::{Layout, Predictor, Schedule};
 use super::error::{CallError, catch_panic};
 use super::health::{BudgetOptions, EngineHealth};
 use super::interface::{

@@ -4,11 +4,12 @@
 
 use crate::simd::{F32x8, LaneSet, kernel};
 
-use crate::generation::binaural::filter_bank::{BATCH, Binaural, Contribution, Ramp};
+use crate::generation::CHUNK;
+use crate::generation::binaural::filter_bank::{BATCH, Contribution, OutputBuses, Ramp};
 use crate::generation::delay::interpolation;
 use crate::generation::delay::interpolation::{AHEAD, Intervals, ReadRequest};
+use crate::generation::panning::direction_table::DirectionTable;
 use crate::generation::ramp::{ChunkSpan, LinearRamp};
-use crate::generation::{CHUNK, Hrtf};
 
 /// Frames for which slow weights are held: one addition per weight and frame costs as much as adding the arrival.
 const HOLD: u32 = 8;
@@ -38,7 +39,8 @@ impl RampRate {
     }
 }
 
-/// Bus weights of one arrival: groups of the left ear, then of the right; targets and growth per frame.
+/// Bus weights of one arrival: groups of the left ear, then of the right, or of the only reading; targets and growth per
+/// frame.
 #[derive(Debug)]
 pub(crate) struct Weights<'a> {
     pub(crate) target: &'a mut [F32x8],
@@ -127,7 +129,7 @@ pub(crate) struct SignalWindow<'a> {
     pub(crate) start: i64,
 }
 
-/// Reads a chunk of both ear signals from one arrival's signal.
+/// Reads a chunk of the signals of both ears, or of the first alone, from one arrival's signal.
 ///
 /// Ear delays are total delays from the source in frames. Ears have [`SLACK`](interpolation::SLACK) more samples, which
 /// are overwritten.
@@ -135,7 +137,7 @@ pub(crate) fn read_ears(
     set: LaneSet,
     window: &SignalWindow,
     chunk: ChunkSpan,
-    delays: &[LinearRamp; 2],
+    delays: &[LinearRamp],
     intervals: &mut Intervals,
     ears: &mut EarPair,
 ) {
@@ -150,18 +152,27 @@ pub(crate) fn read_ears(
             length: window.length,
         }
     };
-    let readings = [reading(&delays[0]), reading(&delays[1])];
     let [left_ear, right_ear] = ears;
     let outs = [left_ear.as_mut_slice(), right_ear.as_mut_slice()];
-    interpolation::read(set, window.signal, &readings, intervals, outs);
+    match delays {
+        [left, right] => {
+            let readings = [reading(left), reading(right)];
+            interpolation::read(set, window.signal, &readings, intervals, outs);
+        }
+        [only, ..] => {
+            let [out, _] = outs;
+            interpolation::read(set, window.signal, &[reading(only)], intervals, [out]);
+        }
+        [] => {}
+    }
 }
 
 /// Both ear signals of one arrival: a chunk and the interpolator's slack.
 pub(crate) type EarPair = [Vec<f32>; 2];
 
 /// Frames of history of an arrival's signal: the longest ear delay, the interpolator and rounding.
-pub(crate) fn history_frames(hrtf: &Hrtf) -> usize {
-    (hrtf.max_delay().ceil() as usize + 12)
+pub(crate) fn history_frames(table: &DirectionTable) -> usize {
+    (table.max_delay().ceil() as usize + 12)
         .max(CHUNK / 4 + 16)
         .next_multiple_of(8)
 }
@@ -171,7 +182,7 @@ pub(crate) fn ear_pairs() -> [EarPair; BATCH] {
     std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; CHUNK + interpolation::SLACK]))
 }
 
-/// One arrival, read at both ears.
+/// One arrival, read at both ears, or once.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Arrival<'a> {
     pub(crate) ears: &'a EarPair,
@@ -185,9 +196,9 @@ impl<'a> Arrival<'a> {
     fn of_ear(
         &self,
         ear: usize,
+        groups: usize,
         chunk: ChunkSpan,
     ) -> (&'a [f32], &'a [F32x8], Option<&'a [F32x8]>) {
-        let groups = self.target.len() / 2;
         let moving = self.rate != RampRate::Constant && chunk.left > 0;
         let target = &self.target[ear * groups..][..groups];
         let growth = &self.growth[ear * groups..][..groups];
@@ -196,27 +207,28 @@ impl<'a> Arrival<'a> {
     }
 }
 
-/// Adds a batch of arrivals to the first `groups` groups of the buses. The fastest arrival determines the rate for all.
+/// Adds a batch of arrivals to the first `groups` groups of the buses; an arrival has `held` groups a reading. The fastest
+/// arrival determines the rate for all.
 pub(crate) fn add(
-    binaural: &mut Binaural,
+    buses: &mut OutputBuses,
     arrivals: &[Option<Arrival>; BATCH],
-    groups: usize,
+    [groups, held]: [usize; 2],
     chunk: ChunkSpan,
 ) {
     let ChunkSpan { left, frames, .. } = chunk;
     let rate = arrivals.iter().flatten().map(|a| a.rate).max();
     let ramp = rate.unwrap_or_default().ramp(left);
-    for ear in 0..2 {
+    for ear in 0..buses.ears() {
         for group in 0..groups {
             let mut contributions = [Contribution::silence(frames); BATCH];
             for (one, arrival) in contributions.iter_mut().zip(arrivals) {
                 let Some(arrival) = arrival else { continue };
-                let (signal, target, growth) = arrival.of_ear(ear, chunk);
+                let (signal, target, growth) = arrival.of_ear(ear, held, chunk);
                 one.signal = signal;
                 one.target = target[group];
                 one.growth = growth.map_or(one.growth, |growth| growth[group]);
             }
-            binaural.add(ear, group, &contributions, ramp);
+            buses.add(ear, group, &contributions, ramp);
         }
     }
 }

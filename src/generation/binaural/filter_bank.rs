@@ -1,14 +1,15 @@
-//! Sums every arrival into a few buses an ear and filters each bus once.
+//! Sums every arrival into a few buses an ear and filters each bus once, or into the channels of a layout.
 //!
 //! Audio side; wait-free, bounded by the chunk; allocates at construction only. Input: ear signals with weights; output:
-//! two ear signals without latency.
+//! two ear signals, or channels, without latency.
 //!
-//! An ear's response to a direction is a weighted sum of shared filters ([`Hrtf`]). The weights are applied before the
+//! A lane of a bus is a channel of the output in all layouts but binaural: nothing follows the sum. In binaural sound an ear's response to a direction is a weighted sum of shared filters ([`Hrtf`]). The weights are applied before the
 //! filters: an arrival costs one multiplication per component and sample, and the cost of the filters does not depend on
 //! the number of arrivals.
 
 use crate::simd::{F32x8, LaneSet, kernel};
 
+use crate::generation::panning::direction_table::LANES;
 use crate::generation::{CHUNK, Hrtf};
 
 /// Contribution of one arrival to one group of an ear's buses.
@@ -59,11 +60,14 @@ impl Contribution<'static> {
     }
 }
 
-/// The buses of both ears and their filters.
+/// The buses of the output and the filters of binaural sound.
 #[derive(Debug)]
-pub(crate) struct Binaural {
+pub(crate) struct OutputBuses {
     set: LaneSet,
+    ears: usize,
     groups: usize,
+    /// Channels of a layout whose buses are not filtered.
+    channels: Option<usize>,
     /// Ordered by group, then by tap.
     basis: Vec<F32x8>,
     taps: usize,
@@ -77,8 +81,26 @@ pub(crate) struct Binaural {
     quiet_frames: usize,
 }
 
-impl Binaural {
-    pub(crate) fn new(hrtf: &Hrtf) -> Self {
+impl OutputBuses {
+    /// Buses that are the channels of a layout.
+    pub(crate) fn of_channels(channels: usize) -> Self {
+        let groups = channels.div_ceil(LANES);
+        Self {
+            set: LaneSet::best(),
+            ears: 1,
+            groups,
+            channels: Some(channels),
+            basis: Vec::new(),
+            taps: 1,
+            history: 0,
+            buses: vec![F32x8::ZERO; groups * CHUNK],
+            filtered: Vec::new(),
+            quiet_frames: 0,
+        }
+    }
+
+    /// Buses of both ears before the filters of an HRTF set.
+    pub(crate) fn binaural(hrtf: &Hrtf) -> Self {
         let (taps, groups) = (hrtf.taps(), hrtf.groups());
         let history = taps - 1;
         let mut basis = vec![F32x8::ZERO; groups * taps];
@@ -89,7 +111,9 @@ impl Binaural {
         }
         Self {
             set: LaneSet::best(),
+            ears: 2,
             groups,
+            channels: None,
             basis,
             taps,
             history,
@@ -97,6 +121,16 @@ impl Binaural {
             filtered: vec![F32x8::ZERO; CHUNK],
             quiet_frames: history,
         }
+    }
+
+    /// Readings of an arrival.
+    pub(crate) fn ears(&self) -> usize {
+        self.ears
+    }
+
+    /// Frames until buses and filters are silent after the last addition.
+    pub(crate) fn tail_frames(&self) -> usize {
+        self.history
     }
 
     /// Whether buses and filters are silent.
@@ -121,20 +155,26 @@ impl Binaural {
         add_arrivals(self.set, bus, arrivals, ramp);
     }
 
-    /// Filters the buses, overwrites both ear signals and advances the buses by their length.
-    pub(crate) fn finish(&mut self, ears: [&mut [f32]; 2]) {
+    /// Adds the channels, or the filtered buses of both ears, to interleaved frames of `stride` channels, at least as many,
+    /// and advances the buses.
+    pub(crate) fn finish(&mut self, output: &mut [f32], stride: usize) {
         let length = self.history + CHUNK;
-        let frames = ears[0].len();
+        let frames = output.len() / stride;
         if self.is_silent() {
-            for out in ears {
-                out.fill(0.0);
-            }
             return;
         }
-        for (out, buses) in ears
-            .into_iter()
-            .zip(self.buses.chunks_exact_mut(self.groups * length))
-        {
+        if let Some(channels) = self.channels {
+            for (group, bus) in self.buses.chunks_exact_mut(length).enumerate() {
+                let first = group * LANES;
+                let used = (channels - first).min(LANES);
+                add_channels(&bus[..frames], &mut output[first..], stride, used);
+                bus.fill(F32x8::ZERO);
+            }
+            self.quiet_frames += frames;
+            return;
+        }
+        let ears = self.buses.chunks_exact_mut(self.groups * length);
+        for (ear, buses) in ears.enumerate() {
             let filtered = &mut self.filtered[..frames];
             filtered.fill(F32x8::ZERO);
             let bases = self.basis.chunks_exact(self.taps);
@@ -143,11 +183,21 @@ impl Binaural {
                 bus.copy_within(frames..frames + self.history, 0);
                 bus[self.history..].fill(F32x8::ZERO);
             }
-            for (frame, lanes) in out.iter_mut().zip(filtered) {
-                *frame = lanes.sum();
+            let samples = output[ear..].iter_mut().step_by(stride);
+            for (sample, lanes) in samples.zip(filtered) {
+                *sample += lanes.sum();
             }
         }
         self.quiet_frames += frames;
+    }
+}
+
+/// Adds the first `used` lanes of a bus to as many channels of interleaved frames.
+fn add_channels(bus: &[F32x8], output: &mut [f32], stride: usize, used: usize) {
+    for (frame, lanes) in output.chunks_mut(stride).zip(bus) {
+        for (sample, lane) in frame.iter_mut().zip(&lanes.0[..used]) {
+            *sample += lane;
+        }
     }
 }
 

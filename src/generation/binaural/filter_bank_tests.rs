@@ -12,7 +12,7 @@ fn with_silence(one: Contribution) -> [Contribution; BATCH] {
 #[test]
 fn weights_before_the_filters_equal_weights_after_them() {
     let hrtf = Hrtf::parse(&synthetic_hrtf::bytes(48_000), "synthetic").unwrap();
-    let mut binaural = Binaural::new(&hrtf);
+    let mut buses = OutputBuses::binaural(&hrtf);
     let weights = F32x8([0.5, -2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let mut impulse = [0.0; CHUNK];
     impulse[0] = 1.0;
@@ -21,11 +21,11 @@ fn weights_before_the_filters_equal_weights_after_them() {
         target: weights,
         growth: F32x8::ZERO,
     };
-    binaural.add(1, 0, &with_silence(impulse), None);
-    let (mut left, mut right) = ([1.0; CHUNK], [1.0; CHUNK]);
-    binaural.finish([&mut left, &mut right]);
-    assert_eq!(left, [0.0; CHUNK]);
-    for (tap, value) in right.iter().enumerate() {
+    buses.add(1, 0, &with_silence(impulse), None);
+    let mut output = [0.0; 2 * CHUNK];
+    buses.finish(&mut output, 2);
+    for (tap, [left, value]) in output.as_chunks().0.iter().enumerate() {
+        assert_eq!(*left, 0.0);
         let basis = hrtf.basis(0).get(tap).copied().unwrap_or_default();
         assert!((value - (0.5 * basis.0[0] - 2.0 * basis.0[1])).abs() < 1e-7);
     }
@@ -37,23 +37,55 @@ fn filtering_does_not_depend_on_the_chunk_size() {
     let signal: Vec<f32> = (0..600).map(|i| ((i * i) as f32 * 0.37).sin()).collect();
     let mut results = Vec::new();
     for size in [128, 1, 7, 127] {
-        let mut binaural = Binaural::new(&hrtf);
-        let mut whole = Vec::new();
+        let mut buses = OutputBuses::binaural(&hrtf);
+        let mut whole: Vec<f32> = Vec::new();
         for part in signal.chunks(size) {
             let contribution = Contribution {
                 signal: part,
                 target: F32x8::splat(0.7),
                 growth: F32x8::ZERO,
             };
-            binaural.add(0, 0, &with_silence(contribution), None);
-            let (mut left, mut right) = (vec![0.0; part.len()], vec![0.0; part.len()]);
-            binaural.finish([&mut left, &mut right]);
-            whole.extend(left);
+            buses.add(0, 0, &with_silence(contribution), None);
+            let mut output = vec![0.0; 2 * part.len()];
+            buses.finish(&mut output, 2);
+            whole.extend(output.iter().step_by(2));
         }
         results.push(whole);
     }
     for other in &results[1..] {
         assert_eq!(&results[0], other);
+    }
+}
+
+#[test]
+fn lanes_of_a_layout_are_its_channels() {
+    for (channels, stride) in [(2, 2), (12, 12), (12, 16)] {
+        let mut buses = OutputBuses::of_channels(channels);
+        let signal = [1.0, 2.0];
+        for group in 0..channels.div_ceil(LANES) {
+            let contribution = Contribution {
+                signal: &signal,
+                target: F32x8(std::array::from_fn(|lane| {
+                    (1 + group * LANES + lane) as f32
+                })),
+                growth: F32x8::ZERO,
+            };
+            buses.add(0, group, &with_silence(contribution), None);
+        }
+        let mut output = vec![0.0; 2 * stride];
+        buses.finish(&mut output, stride);
+        for (index, value) in output.iter().enumerate() {
+            let (frame, channel) = (index / stride, index % stride);
+            let expected = if channel < channels {
+                (1 + frame) * (1 + channel)
+            } else {
+                0
+            };
+            assert_eq!(*value, expected as f32, "{channels} {stride} {index}");
+        }
+        let mut silence = vec![0.0; 2 * stride];
+        buses.finish(&mut silence, stride);
+        assert!(silence.iter().all(|value| *value == 0.0));
     }
 }
 

@@ -7,15 +7,16 @@
 //! smoothly with direction: bilinear interpolation on the grid adds no comb filtering. All paths share one filter bank
 //! per ear.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 
 use crate::error::{Error, Result};
-use crate::simd::{F32x8, LaneSet, kernel, prefetch};
+use crate::generation::panning::direction_table::{DirectionTable, LANES, TableSize};
+use crate::simd::F32x8;
 
 const MAGIC: &[u8; 8] = b"FSHRTF1\0";
 const HEADER_BYTES: usize = 28;
-/// Components per group.
-const LANES: usize = 8;
 /// Longest valid ear delay in seconds: five times the interaural delay of a human head.
 const MAX_DELAY_S: f32 = 0.004;
 /// Largest valid magnitude of a weight or tap: 60 dB.
@@ -35,19 +36,12 @@ const ADVICE: &str = "bake the file again with assets/hrtf/bake.py";
 /// ```
 #[derive(Debug, Clone)]
 pub struct Hrtf {
-    set: LaneSet,
     rate_hz: u32,
     taps: usize,
-    groups: usize,
-    azimuths: usize,
-    elevations: usize,
     /// Ordered by group, then by tap; one component per lane.
     basis: Vec<F32x8>,
-    /// Left and right delay in frames, ordered by elevation, then by azimuth.
-    delays: Vec<[f32; 2]>,
-    /// In the same order; per direction the groups of the left ear, then those of the right.
-    weights: Vec<F32x8>,
-    max_delay: f32,
+    /// Delays and weights of both ears.
+    table: Arc<DirectionTable>,
 }
 
 impl Hrtf {
@@ -111,7 +105,6 @@ impl Hrtf {
         }
         let mut delays = Vec::with_capacity(directions);
         let mut weights = vec![F32x8::ZERO; directions * 2 * groups];
-        let mut max_delay = 0.0f32;
         for of_direction in weights.chunks_exact_mut(2 * groups) {
             let mut ears = [0.0; 2];
             for (delay, of_ear) in ears.iter_mut().zip(of_direction.chunks_exact_mut(groups)) {
@@ -122,7 +115,6 @@ impl Hrtf {
                     )));
                 }
                 *delay = delay_s * rate_hz as f32;
-                max_delay = max_delay.max(*delay);
                 for group in of_ear {
                     for lane in &mut group.0 {
                         *lane = words.f32();
@@ -131,17 +123,18 @@ impl Hrtf {
             }
             delays.push(ears);
         }
-        Ok(Self {
-            set: LaneSet::best(),
-            rate_hz,
-            taps,
+        let size = TableSize {
+            ears: 2,
             groups,
+            coarse_groups: 1,
             azimuths,
             elevations,
+        };
+        Ok(Self {
+            rate_hz,
+            taps,
             basis,
-            delays,
-            weights,
-            max_delay,
+            table: Arc::new(DirectionTable::new(size, delays, weights)),
         })
     }
 
@@ -159,21 +152,37 @@ impl Hrtf {
                 "choose a rate from 8000 to 192000",
             ));
         }
-        let (azimuths, elevations) = (4, 3);
-        let directions = azimuths * elevations;
+        let size = TableSize {
+            ears: 2,
+            groups: 1,
+            coarse_groups: 1,
+            azimuths: 4,
+            elevations: 3,
+        };
+        let directions = size.azimuths * size.elevations;
         let unit = F32x8([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let (delays, weights) = (vec![[0.0; 2]; directions], vec![unit; 2 * directions]);
         Ok(Self {
-            set: LaneSet::best(),
             rate_hz,
             taps: 1,
-            groups: 1,
-            azimuths,
-            elevations,
             basis: vec![unit],
-            delays: vec![[0.0; 2]; directions],
-            weights: vec![unit; 2 * directions],
-            max_delay: 0.0,
+            table: Arc::new(DirectionTable::new(size, delays, weights)),
         })
+    }
+
+    /// Checks that the set is for a sample rate.
+    ///
+    /// Errors: [`Error::Setting`] if it is not.
+    pub(crate) fn check_rate(&self, rate_hz: u32) -> Result<()> {
+        if self.rate_hz == rate_hz {
+            return Ok(());
+        }
+        let problem = format!("{rate_hz} Hz, but the HRTF set is for {} Hz", self.rate_hz);
+        Err(Error::setting(
+            "rate_hz",
+            problem,
+            "load the set that is baked for this rate",
+        ))
     }
 
     /// Sample rate of the set in Hz.
@@ -188,7 +197,7 @@ impl Hrtf {
 
     /// Number of groups of eight shared filters.
     pub fn groups(&self) -> usize {
-        self.groups
+        self.table.groups()
     }
 
     /// The filters of a group below [`Self::groups`], ordered by tap; one filter per lane. Panics for other groups.
@@ -198,7 +207,7 @@ impl Hrtf {
 
     /// Longest ear delay of the set in frames.
     pub fn max_delay(&self) -> f32 {
-        self.max_delay
+        self.table.max_delay()
     }
 
     /// Returns the delays of the left and right ear in frames for a direction in head coordinates (+x right, +y up,
@@ -207,95 +216,12 @@ impl Hrtf {
     /// Interpolates bilinearly in azimuth and elevation. The direction may have any length; the zero vector and NaN
     /// return the response of a grid point. Panics if `weights` is shorter. Real-time: no allocation, four grid points.
     pub fn look_up(&self, direction: Vec3, weights: &mut [F32x8]) -> [f32; 2] {
-        self.blend(&self.corners(direction), self.groups, weights)
+        self.table.look_up(direction, weights)
     }
 
-    /// First part of [`Self::look_up`]; prefetches the input of [`Self::blend`].
-    pub(crate) fn find(&self, direction: Vec3) -> Corners {
-        let corners = self.corners(direction);
-        let width = 2 * self.groups;
-        // Neighbours of one elevation are adjacent in memory, except for the last azimuth.
-        for (direction, _) in corners {
-            let of_corner = &self.weights[direction * width..][..width];
-            for group in of_corner.iter().step_by(2) {
-                prefetch(group);
-            }
-            prefetch(&self.delays[direction]);
-        }
-        corners
-    }
-
-    /// Second part of [`Self::look_up`]; groups from `groups` on are zero.
-    pub(crate) fn blend(
-        &self,
-        corners: &Corners,
-        groups: usize,
-        weights: &mut [F32x8],
-    ) -> [f32; 2] {
-        let width = 2 * self.groups;
-        let groups = groups.min(self.groups);
-        let (left, right) = weights[..width].split_at_mut(self.groups);
-        let mut delays = [0.0; 2];
-        for (sum, ear) in delays.iter_mut().zip(0..) {
-            for &(direction, share) in corners {
-                *sum += self.delays[direction][ear] * share;
-            }
-        }
-        let mut shares = [0.0; 4];
-        let mut grid: [&[F32x8]; 4] = [&[]; 4];
-        for (ear, weights) in [left, right].into_iter().enumerate() {
-            for (corner, &(direction, share)) in corners.iter().enumerate() {
-                let first = direction * width + ear * self.groups;
-                grid[corner] = &self.weights[first..][..self.groups];
-                shares[corner] = share;
-            }
-            let (used, unused) = weights.split_at_mut(groups);
-            blend_weights(self.set, &grid, &shares, used);
-            unused.fill(F32x8::ZERO);
-        }
-        delays
-    }
-
-    /// The four grid points around a direction and their interpolation weights.
-    fn corners(&self, direction: Vec3) -> Corners {
-        let horizontal = (direction.x * direction.x + direction.z * direction.z).sqrt();
-        let turns = (-direction.x).atan2(-direction.z) / std::f32::consts::TAU;
-        let rise = direction.y.atan2(horizontal) / std::f32::consts::PI + 0.5;
-        // `max` converts NaN to zero.
-        let column = (turns - turns.floor()).clamp(0.0, 1.0).max(0.0) * self.azimuths as f32;
-        let row = rise.clamp(0.0, 1.0).max(0.0) * (self.elevations - 1) as f32;
-        let (a, e) = (column as usize, (row as usize).min(self.elevations - 2));
-        let (across, up) = (column - a as f32, row - e as f32);
-        let (a, next) = (a % self.azimuths, (a + 1) % self.azimuths);
-        let (low, high) = (e * self.azimuths, (e + 1) * self.azimuths);
-        [
-            (low + a, (1.0 - across) * (1.0 - up)),
-            (low + next, across * (1.0 - up)),
-            (high + a, (1.0 - across) * up),
-            (high + next, across * up),
-        ]
-    }
-}
-
-/// Four grid points around a direction and their interpolation weights.
-pub(crate) type Corners = [(usize, f32); 4];
-
-kernel! {
-    /// Sums the weights of the grid points, each scaled by its share.
-    fn blend_weights<L>(grid: &[&[F32x8]; 4], shares: &[f32; 4], weights: &mut [F32x8]) {
-        let [a, b, c, d] = grid;
-        let shares = [
-            L::splat(shares[0]),
-            L::splat(shares[1]),
-            L::splat(shares[2]),
-            L::splat(shares[3]),
-        ];
-        for group in 0..weights.len() {
-            let sum = L::from_array(a[group]).mul(shares[0]);
-            let sum = L::from_array(b[group]).mul_add(shares[1], sum);
-            let sum = L::from_array(c[group]).mul_add(shares[2], sum);
-            weights[group] = L::from_array(d[group]).mul_add(shares[3], sum).to_array();
-        }
+    /// Delays and weights of both ears.
+    pub(crate) fn table(&self) -> &Arc<DirectionTable> {
+        &self.table
     }
 }
 
@@ -404,59 +330,6 @@ mod tests {
         for direction in [Vec3::ZERO, Vec3::NAN, Vec3::INFINITY, Vec3::Y, Vec3::NEG_Y] {
             let delays = set.look_up(direction, &mut weights);
             assert!(delays.iter().all(|d| d.is_finite()), "{direction}");
-        }
-    }
-
-    #[test]
-    fn unrequested_groups_are_zero_and_the_others_unchanged() {
-        let set = set();
-        let groups = set.groups();
-        let direction = Vec3::new(0.3, 0.2, -0.9);
-        let (mut all, mut few) = (
-            vec![F32x8::ZERO; 2 * groups],
-            vec![F32x8::splat(9.0); 2 * groups],
-        );
-        let delays = set.look_up(direction, &mut all);
-        for requested in 0..=groups {
-            assert_eq!(set.blend(&set.find(direction), requested, &mut few), delays);
-            for (n, (few, all)) in few.iter().zip(&all).enumerate() {
-                let is_requested = n % groups < requested;
-                assert_eq!(*few, if is_requested { *all } else { F32x8::ZERO });
-            }
-        }
-    }
-
-    #[test]
-    fn weights_are_the_weighted_sum_of_the_grid_points() {
-        let point = |n: usize| -> Vec<F32x8> {
-            let lane = |i: usize| ((17 * n + i) as f32 * 0.7).sin();
-            (0..2)
-                .map(|group| F32x8(std::array::from_fn(|i| lane(8 * group + i))))
-                .collect()
-        };
-        let points: [Vec<F32x8>; 4] = std::array::from_fn(point);
-        let grid = points.each_ref().map(Vec::as_slice);
-        let shares = [0.1, 0.2, 0.3, 0.4];
-        let with = |set: LaneSet| {
-            let mut weights = [F32x8::ZERO; 2];
-            blend_weights(set, &grid, &shares, &mut weights);
-            weights
-        };
-        for set in LaneSet::vector_units() {
-            assert_eq!(with(set), with(LaneSet::Fused), "{set:?}");
-        }
-        for found in [with(LaneSet::best()), with(LaneSet::Portable)] {
-            for (group, found) in found.iter().enumerate() {
-                for lane in 0..8 {
-                    let each = grid.iter().zip(shares);
-                    let exact: f64 = each
-                        .map(|(point, share)| f64::from(point[group].0[lane]) * f64::from(share))
-                        .sum();
-                    // Seven roundings of sums below one.
-                    let bound = 7.0 * f64::from(f32::EPSILON / 2.0);
-                    assert!((f64::from(found.0[lane]) - exact).abs() < bound);
-                }
-            }
         }
     }
 }

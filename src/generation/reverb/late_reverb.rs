@@ -70,15 +70,8 @@ impl LateReverb {
         self.sends.collect(slot, line, chunk);
     }
 
-    /// Runs the networks for a chunk and writes each wave's signal from index `at` on; returns false and writes nothing if
-    /// all networks are silent.
-    pub(crate) fn process(
-        &mut self,
-        left: u32,
-        waves: &mut [Vec<f32>; LINES],
-        at: usize,
-        frames: usize,
-    ) -> bool {
+    /// Runs the networks for a chunk; returns the waves' signals, or `None` if all networks are silent.
+    pub(crate) fn process(&mut self, left: u32, frames: usize) -> Option<&Rows> {
         for wave in self.waves.iter_mut() {
             wave[..frames].fill(0.0);
         }
@@ -90,12 +83,7 @@ impl LateReverb {
             is_audible |= network.process(left, frames, &mut self.waves);
         }
         self.sends.clear();
-        if is_audible {
-            for (wave, output) in waves.iter_mut().zip(self.waves.iter()) {
-                wave[at..at + frames].copy_from_slice(&output[..frames]);
-            }
-        }
-        is_audible
+        is_audible.then_some(&*self.waves)
     }
 }
 

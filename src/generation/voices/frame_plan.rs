@@ -7,7 +7,7 @@ use crate::extrapolation::FramePath;
 use crate::simd::F32x8;
 
 use crate::generation::bands::air_filter::PathTaps;
-use crate::generation::binaural::hrtf::Corners;
+use crate::generation::panning::direction_table::{Corners, DirectionTable};
 use crate::generation::render_context::{Dropped, RenderContext};
 use crate::generation::voices::ranking;
 use crate::generation::voices::ranking::Ranking;
@@ -36,8 +36,10 @@ pub(crate) struct VoiceRequest {
 pub(crate) struct FramePlan {
     max_voices: usize,
     max_fine: usize,
-    /// Groups of buses.
+    /// Groups of buses a reading, those of quiet paths, and groups of all readings.
     groups: usize,
+    coarse_groups: usize,
+    width: usize,
     /// Scratch memory.
     pub(crate) ranking: Ranking,
     /// Least ranks of a voice, and of one in full detail.
@@ -47,25 +49,27 @@ pub(crate) struct FramePlan {
     next: usize,
     last_id: Option<u64>,
     requests: Vec<VoiceRequest>,
-    /// Weights of each request for both ears.
+    /// Weights of each request for all readings.
     weights: Vec<F32x8>,
     dropped: Dropped,
 }
 
 impl FramePlan {
     /// Control side; allocates.
-    pub(crate) fn new(max_voices: usize, max_fine: usize, groups: usize) -> Self {
+    pub(crate) fn new(max_voices: usize, max_fine: usize, table: &DirectionTable) -> Self {
         Self {
             max_voices,
             max_fine,
-            groups,
+            groups: table.groups(),
+            coarse_groups: table.coarse_groups(),
+            width: table.width(),
             ranking: Ranking::new(max_voices.max(max_fine)),
             keep: 0,
             fine: 0,
             next: 0,
             last_id: None,
             requests: Vec::with_capacity(max_voices),
-            weights: vec![F32x8::ZERO; max_voices * 2 * groups],
+            weights: vec![F32x8::ZERO; max_voices * table.width()],
             dropped: Dropped::default(),
         }
     }
@@ -96,7 +100,7 @@ impl FramePlan {
                 false => ranking.threshold(paths, slots, longest_s, self.max_fine),
             };
         }
-        let find = |path: &FramePath| context.hrtf.find(context.to_head * path.arrival);
+        let find = |path: &FramePath| context.table.find(context.to_head * path.arrival);
         let mut following = paths.get(self.next).map(find);
         while self.next < end {
             let index = self.next;
@@ -127,14 +131,19 @@ impl FramePlan {
     }
 
     fn add(&mut self, path: &FramePath, rank: u64, corners: &Corners, context: &RenderContext) {
-        let groups = if rank >= self.fine { self.groups } else { 1 };
-        let width = 2 * self.groups;
+        let is_fine = rank >= self.fine;
+        let groups = if is_fine {
+            self.groups
+        } else {
+            self.coarse_groups
+        };
+        let width = self.width;
         let weights = &mut self.weights[self.requests.len() * width..][..width];
-        let ears = context.hrtf.blend(corners, groups, weights);
+        let ears = context.table.blend(corners, groups, weights);
         let delay = path.delay_s * context.rate_hz;
         let mut amplitude = path.amplitude;
         let mut air = None;
-        if rank >= self.fine {
+        if is_fine {
             // The middle between the ears.
             let read = delay + 0.5 * f64::from(ears[0] + ears[1]);
             let fraction = (read - read.floor()) as f32;
@@ -164,9 +173,9 @@ impl FramePlan {
         self.requests.len()
     }
 
-    /// A request and its weights: groups of the left ear, then of the right.
+    /// A request and its weights: groups of the left ear, then of the right, or of the only reading.
     pub(crate) fn get(&self, number: usize) -> (VoiceRequest, &[F32x8]) {
-        let width = 2 * self.groups;
+        let width = self.width;
         (
             self.requests[number],
             &self.weights[number * width..][..width],

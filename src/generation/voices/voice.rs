@@ -72,6 +72,8 @@ pub(crate) struct VoiceScratch<'a> {
     pub(crate) unfiltered: &'a mut [f32],
     pub(crate) intervals: &'a mut Intervals,
     pub(crate) ears: &'a mut EarPair,
+    /// Readings: 2 in binaural sound, otherwise 1.
+    pub(crate) readings: usize,
     /// Input of the next voice.
     pub(crate) prefetch_window: PrefetchWindow<'a>,
 }
@@ -208,6 +210,7 @@ impl Voice {
             unfiltered,
             intervals,
             ears,
+            readings,
             mut prefetch_window,
         } = scratch;
         let ChunkSpan { now, left, frames } = chunk;
@@ -240,7 +243,8 @@ impl Voice {
             length: reserve + fresh,
             start,
         };
-        ear_ramps::read_ears(set, &window, chunk, &self.ear_delays, intervals, ears);
+        let delays = &self.ear_delays[..readings];
+        ear_ramps::read_ears(set, &window, chunk, delays, intervals, ears);
         prefetch_window.fetch_quarter();
         true
     }

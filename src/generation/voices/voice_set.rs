@@ -12,13 +12,13 @@
 use crate::extrapolation::FramePath;
 use crate::simd::{F32x8, LaneSet, prefetch};
 
-use crate::generation::Hrtf;
-use crate::generation::bands::air_filter::AIR_SCRATCH;
+use crate::generation::bands::air_filter::{AIR_DELAY, AIR_SCRATCH};
 use crate::generation::binaural::ear_ramps;
 use crate::generation::binaural::ear_ramps::{Arrival, EarPair, RampRate, Weights, history_frames};
-use crate::generation::binaural::filter_bank::{BATCH, Binaural};
+use crate::generation::binaural::filter_bank::{BATCH, OutputBuses};
 use crate::generation::delay::delay_line::{DelayLine, PrefetchWindow};
 use crate::generation::delay::interpolation::{Intervals, SLACK};
+use crate::generation::panning::direction_table::DirectionTable;
 use crate::generation::ramp::ChunkSpan;
 use crate::generation::render_context::{Dropped, RenderContext, SlotOwner};
 use crate::generation::voices::frame_plan::FramePlan;
@@ -41,8 +41,10 @@ const NONE: u32 = u32::MAX;
 #[derive(Debug)]
 pub(crate) struct VoiceSet {
     max_voices: usize,
-    /// Groups of buses, and frames of history per voice.
+    /// Readings of a voice, groups of buses a reading, those of quiet voices, and frames of history per voice.
+    ears: usize,
     groups: usize,
+    coarse_groups: usize,
     history: usize,
     voices: Vec<Voice>,
     histories: Vec<f32>,
@@ -64,7 +66,7 @@ pub(crate) struct VoiceSet {
     unfiltered: Vec<f32>,
     intervals: Box<Intervals>,
     /// Ear signals of a batch for each kind.
-    ears: [[EarPair; BATCH]; KINDS],
+    ear_signals: [[EarPair; BATCH]; KINDS],
     set: LaneSet,
 }
 
@@ -77,33 +79,45 @@ struct ActiveVoice {
 }
 
 impl VoiceSet {
-    pub(crate) fn new(max_voices: usize, max_fine: usize, hrtf: &Hrtf) -> Self {
+    pub(crate) fn new(max_voices: usize, max_fine: usize, table: &DirectionTable) -> Self {
         let pool = 2 * max_voices;
-        let groups = hrtf.groups();
-        let history = history_frames(hrtf);
+        let width = table.width();
+        let history = history_frames(table);
         Self {
             max_voices,
-            groups,
+            ears: table.ears(),
+            groups: table.groups(),
+            coarse_groups: table.coarse_groups(),
             history,
             voices: vec![Voice::default(); pool],
             histories: vec![0.0; pool * history],
-            targets: vec![F32x8::ZERO; pool * 2 * groups],
-            growths: vec![F32x8::ZERO; pool * 2 * groups],
+            targets: vec![F32x8::ZERO; pool * width],
+            growths: vec![F32x8::ZERO; pool * width],
             active: Vec::with_capacity(max_voices),
             next_active: Vec::with_capacity(max_voices),
             fading: Vec::with_capacity(pool),
             order: Vec::with_capacity(pool),
             sort_keys: Vec::with_capacity(pool),
             free: (0..pool as u32).rev().collect(),
-            plan: FramePlan::new(max_voices, max_fine, groups),
+            plan: FramePlan::new(max_voices, max_fine, table),
             pending: PendingVoices::new(max_voices),
             max_sounding: 0,
             mixture: vec![0.0; history + MAX_FRESH + SLACK],
             unfiltered: vec![0.0; MAX_FRESH + AIR_SCRATCH],
             intervals: Intervals::new(),
-            ears: std::array::from_fn(|_| ear_ramps::ear_pairs()),
+            ear_signals: std::array::from_fn(|_| ear_ramps::ear_pairs()),
             set: LaneSet::best(),
         }
+    }
+
+    /// Groups of all readings of a voice.
+    fn width(&self) -> usize {
+        self.ears * self.groups
+    }
+
+    /// Frames that a voice is heard after the end of its fade.
+    pub(crate) fn tail_frames(&self) -> usize {
+        self.history + 2 * AIR_DELAY
     }
 
     /// Active and fading voices.
@@ -283,7 +297,7 @@ impl VoiceSet {
     /// Prefetches a voice and its weights.
     fn prefetch_voice(&self, index: u32) {
         self.voices[index as usize].prefetch();
-        let width = 2 * self.groups;
+        let width = self.width();
         let first = index as usize * width;
         for pool in [&self.targets, &self.growths] {
             for pair in pool[first..first + width].iter().step_by(2) {
@@ -335,6 +349,7 @@ impl VoiceSet {
         let (request, lookup) = self.plan.get(number);
         let slot = request.slot;
         let owner = owners.get(slot).copied().unwrap_or(SlotOwner::NONE);
+        let width = self.width();
         let voice = &mut self.voices[index as usize];
         let is_same = voice.slot == slot && voice.owner == owner.bits;
         if !is_same || !voice.can_ramp_to(&request, context.left, context.ramp) {
@@ -343,7 +358,7 @@ impl VoiceSet {
         }
         voice.retarget(&request, context.now, context.left, context.ramp);
         voice.groups = [request.groups.max(voice.groups[1]), request.groups];
-        let mut weights = weights_of(&mut self.targets, &mut self.growths, index, 2 * self.groups);
+        let mut weights = weights_of(&mut self.targets, &mut self.growths, index, width);
         voice.rate = weights.retarget(self.set, lookup, context.left, context.ramp);
         true
     }
@@ -368,7 +383,8 @@ impl VoiceSet {
         voice.start(request.slot, owner, &request, context.now, context.ramp);
         voice.groups = [request.groups; 2];
         of_voice(&mut self.histories, index, self.history).fill(0.0);
-        let mut weights = weights_of(&mut self.targets, &mut self.growths, index, 2 * self.groups);
+        let width = self.width();
+        let mut weights = weights_of(&mut self.targets, &mut self.growths, index, width);
         weights.rest_at(lookup);
         self.active[start.position as usize].index = index;
         true
@@ -382,7 +398,8 @@ impl VoiceSet {
 
     fn fade(&mut self, index: u32, context: &RenderContext) {
         self.voices[index as usize].fade(context.now, context.left, context.ramp, self.history);
-        let mut weights = weights_of(&mut self.targets, &mut self.growths, index, 2 * self.groups);
+        let width = self.width();
+        let mut weights = weights_of(&mut self.targets, &mut self.growths, index, width);
         weights.stop(context.left);
         self.fading.push(index);
     }
@@ -392,7 +409,7 @@ impl VoiceSet {
         &mut self,
         lines: &[DelayLine],
         chunk: ChunkSpan,
-        binaural: &mut Binaural,
+        buses: &mut OutputBuses,
     ) {
         let resting = usize::from(chunk.left == 0);
         let mut batches = [[0; BATCH]; KINDS];
@@ -413,7 +430,8 @@ impl VoiceSet {
                 mixture: &mut self.mixture,
                 unfiltered: &mut self.unfiltered,
                 intervals: &mut self.intervals,
-                ears: &mut self.ears[kind][*count],
+                ears: &mut self.ear_signals[kind][*count],
+                readings: self.ears,
                 prefetch_window,
             };
             if !voice.render(self.set, line, chunk, scratch) {
@@ -423,13 +441,13 @@ impl VoiceSet {
             *count += 1;
             if *count == BATCH {
                 *count = 0;
-                self.add(&batches[kind], kind, chunk, binaural);
+                self.add(&batches[kind], kind, chunk, buses);
             }
         }
         for kind in 0..KINDS {
             let rest = &batches[kind][..counts[kind]];
             if !rest.is_empty() {
-                self.add(rest, kind, chunk, binaural);
+                self.add(rest, kind, chunk, buses);
             }
         }
         if self.fading.is_empty() {
@@ -471,20 +489,25 @@ impl VoiceSet {
     }
 
     /// Adds rendered voices of a kind; their ear signals are in its first buffers.
-    fn add(&self, batch: &[u32], kind: usize, chunk: ChunkSpan, binaural: &mut Binaural) {
+    fn add(&self, batch: &[u32], kind: usize, chunk: ChunkSpan, buses: &mut OutputBuses) {
         let is_fine = kind % 2 == 1;
-        let groups = if is_fine { self.groups } else { 1 };
+        let groups = if is_fine {
+            self.groups
+        } else {
+            self.coarse_groups
+        };
+        let width = self.width();
         let arrivals = std::array::from_fn(|n| {
             let index = *batch.get(n)? as usize;
-            let position = index * 2 * self.groups;
+            let position = index * width;
             Some(Arrival {
-                ears: &self.ears[kind][n],
-                target: &self.targets[position..][..2 * self.groups],
-                growth: &self.growths[position..][..2 * self.groups],
+                ears: &self.ear_signals[kind][n],
+                target: &self.targets[position..][..width],
+                growth: &self.growths[position..][..width],
                 rate: self.voices[index].rate,
             })
         });
-        ear_ramps::add(binaural, &arrivals, groups, chunk);
+        ear_ramps::add(buses, &arrivals, [groups, self.groups], chunk);
     }
 }
 

@@ -23,6 +23,9 @@ use crate::runtime::handover::atomic_box::AtomicBox;
 use crate::runtime::handover::shared_value::SharedValue;
 use crate::runtime::threads::clock::now;
 
+/// Channels of a device.
+const DEVICE_CHANNELS: usize = 2;
+
 /// Period of the supervisor.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
@@ -119,8 +122,10 @@ impl DeviceOutput {
     /// [`SoundThread::start`].
     ///
     /// # Errors
-    /// As [`SoundThread::start`]. A device that does not open is no error: it is retried.
+    /// As [`SoundThread::start`]; [`Error::Setting`] for a renderer without two channels, which is dropped. A device that
+    /// does not open is no error: it is retried.
     pub fn start(renderer: Renderer, blocks_ahead: usize, device: Box<dyn Device>) -> Result<Self> {
+        check_device_channels(renderer.channels())?;
         let rate_hz = renderer.rate_hz();
         let (sound, ring) = SoundThread::start(renderer, blocks_ahead)?;
         let ring_frames = ring.latency_frames() as u32;
@@ -193,6 +198,19 @@ impl Drop for DeviceOutput {
     fn drop(&mut self) {
         self.close_device();
     }
+}
+
+/// Checks that devices, which are stereo, play so many channels.
+///
+/// # Errors
+/// [`Error::Setting`] for another number than two.
+pub fn check_device_channels(channels: usize) -> Result<()> {
+    if channels == DEVICE_CHANNELS {
+        return Ok(());
+    }
+    let problem = format!("the engine has {channels} channels, but the device is stereo");
+    let advice = "make the engine with 2 channels, or pass its blocks to another device yourself";
+    Err(Error::setting("channels", problem, advice))
 }
 
 fn supervise(mut device: Box<dyn Device>, rate_hz: u32, shared: &Arc<Shared>) {

@@ -23,6 +23,7 @@ pub struct SoundThread {
 pub struct RingOutput {
     ring: rtrb::Consumer<f32>,
     capacity_frames: usize,
+    channels: usize,
 }
 
 impl SoundThread {
@@ -37,7 +38,8 @@ impl SoundThread {
             return Err(Error::setting("blocks_ahead", problem, advice));
         }
         let capacity_frames = blocks_ahead * renderer.block_frames();
-        let (producer, ring) = rtrb::RingBuffer::new(2 * capacity_frames);
+        let channels = renderer.channels();
+        let (producer, ring) = rtrb::RingBuffer::new(channels * capacity_frames);
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
         let thread = thread::Builder::new()
@@ -50,6 +52,7 @@ impl SoundThread {
         let output = RingOutput {
             ring,
             capacity_frames,
+            channels,
         };
         let thread = Some(thread);
         Ok((Self { thread, stop }, output))
@@ -78,10 +81,16 @@ impl RingOutput {
         self.capacity_frames
     }
 
-    /// Fills `output` with interleaved stereo; returns the number of missing audio frames, which are silent.
+    /// Channels of an audio frame.
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// Fills `output` with interleaved frames of [`Self::channels`]; returns the number of missing audio frames, which are
+    /// silent.
     pub fn read(&mut self, output: &mut [f32]) -> usize {
-        // Whole audio frames only, to keep left and right apart.
-        let count = self.ring.slots().min(output.len()) & !1;
+        // Whole audio frames only, to keep channels apart.
+        let count = self.ring.slots().min(output.len()) / self.channels * self.channels;
         if let Ok(chunk) = self.ring.read_chunk(count) {
             let (first, second) = chunk.as_slices();
             output[..first.len()].copy_from_slice(first);
@@ -89,14 +98,14 @@ impl RingOutput {
             chunk.commit_all();
         }
         output[count..].fill(0.0);
-        (output.len() - count) / 2
+        (output.len() - count) / self.channels
     }
 }
 
 fn run(mut renderer: Renderer, mut ring: rtrb::Producer<f32>, stop: &AtomicBool) -> Renderer {
     renderer.place_thread();
     let _flush = FlushToZero::begin();
-    let mut block = vec![0.0; 2 * renderer.block_frames()];
+    let mut block = vec![0.0; renderer.channels() * renderer.block_frames()];
     let block_s = renderer.block_frames() as f64 / f64::from(renderer.rate_hz());
     let pause = Duration::from_secs_f64(block_s / 2.0);
     while !stop.load(Ordering::Acquire) && !ring.is_abandoned() {

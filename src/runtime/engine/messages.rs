@@ -6,6 +6,7 @@ use std::time::Instant;
 use crate::extrapolation::{
     Extrapolator, PredictorKind, PredictorState, PreparedUpdate, ScenePair,
 };
+use crate::generation::OutputStage;
 use crate::propagation::{MAX_ORDER, PathSet};
 use crate::runtime::budget::Budget;
 use crate::runtime::pipeline::pose_history::PoseHistory;
@@ -94,6 +95,13 @@ pub(super) struct UpdateMessage {
     pub(super) scenes: Option<ScenePair>,
     /// Another predictor, used from this update on.
     pub(super) predictor: Option<PredictorState>,
+}
+
+/// Another output for the renderer: voices, plane waves and buses of a layout or HRTF set. The old one travels back in the
+/// same box when it is silent.
+#[derive(Default)]
+pub(super) struct OutputChange {
+    pub(super) stage: Option<Box<OutputStage>>,
 }
 
 /// New samples of a source.

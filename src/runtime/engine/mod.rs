@@ -113,7 +113,7 @@ impl Engine {
         clock: Option<VirtualClock>,
     ) -> Result<(Controller, Renderer)> {
         settings.check()?;
-        let hrtf = settings.load_hrtf()?;
+        let hrtf = settings.hrtf_of(settings.generation.layout)?;
         let (sources, slots) = (settings.source_limit(), settings.generation.max_sources);
         let epoch = now();
         let [app, propagation, sound] = [Track::App, Track::Propagation, Track::Sound]
@@ -126,6 +126,7 @@ impl Engine {
         let metrics = Arc::new(Metrics::default());
         let (frame_sender, frames) = newest();
         let (world_sender, world) = newest();
+        let (output_sender, outputs) = newest();
         let (delivery_sender, deliveries) = newest();
         let (shown_sender, shown) = newest();
         let (numbers, numbers_receiver) = frame_numbers::frame_numbers();
@@ -165,6 +166,7 @@ impl Engine {
         let renderer = Renderer::new(RendererParts {
             frames,
             updates: deliveries,
+            outputs,
             source_changes: feeds,
             retired,
             frame: Box::new(AudioFrame::with_capacity(sources, slots)),
@@ -178,6 +180,7 @@ impl Engine {
         let channels = Channels {
             frames: frame_sender,
             world: world_sender,
+            outputs: output_sender,
             source_changes: feed_sender,
             retired: retired_receiver,
             pending_propagator,

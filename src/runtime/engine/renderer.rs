@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use super::frame_clock::FrameClock;
 use super::frame_numbers::FrameSender;
-use super::messages::{AudioFrame, SampleSourceChange, UpdateMessage};
+use super::messages::{AudioFrame, OutputChange, SampleSourceChange, UpdateMessage};
 use super::mixer::Mixer;
 use super::settings::EngineSettings;
 use super::statistics::{Metrics, add};
@@ -63,6 +63,7 @@ pub struct RenderReport {
 pub(super) struct RendererParts {
     pub(super) frames: Receiver<AudioFrame>,
     pub(super) updates: Receiver<UpdateMessage>,
+    pub(super) outputs: Receiver<OutputChange>,
     pub(super) source_changes: rtrb::Consumer<SampleSourceChange>,
     pub(super) retired: rtrb::Producer<SampleSource>,
     /// The graphics frame in use.
@@ -89,6 +90,8 @@ pub struct Renderer {
     /// Gain of the output, moving towards 0 in a pause.
     pause_gain: f32,
     pacing: BlockPacing,
+    /// Carries the last output back when it has faded out.
+    output_change: Option<Box<OutputChange>>,
     /// Whether a graphics frame is in progress, and whether its extrapolation is complete.
     frame_in_progress: bool,
     is_extrapolated: bool,
@@ -132,6 +135,7 @@ impl Renderer {
                 settings.block_frames as f64 / f64::from(settings.generation.rate_hz),
                 settings.even_blocks,
             ),
+            output_change: None,
             frame_in_progress: false,
             is_extrapolated: false,
             prepared: 0,
@@ -146,6 +150,11 @@ impl Renderer {
     /// Sample rate in Hz of what [`Self::render`] writes; constant.
     pub fn rate_hz(&self) -> u32 {
         self.parts.settings.generation.rate_hz
+    }
+
+    /// Channels of what [`Self::render`] writes; constant.
+    pub fn channels(&self) -> usize {
+        self.parts.generator.channels()
     }
 
     /// Audio frames per block; [`Self::render`] takes any number, this one is the cheapest.
@@ -168,8 +177,8 @@ impl Renderer {
         placement
     }
 
-    /// Fills `output` with interleaved stereo; any length, multiples of [`Self::block_frames`] are most efficient.
-    /// Wait-free; audio thread.
+    /// Fills `output` with interleaved frames of [`Self::channels`]; any number, multiples of [`Self::block_frames`] are
+    /// most efficient. Samples of an incomplete frame at the end are silent. Wait-free; audio thread.
     ///
     /// ```
     /// # fn main() -> foresound::Result<()> {
@@ -185,11 +194,15 @@ impl Renderer {
         let started = now();
         let mut report = RenderReport::default();
         self.take_source_changes();
-        let block = 2 * self.parts.settings.block_frames;
-        for chunk in output.chunks_mut(block) {
-            self.advance_frame(chunk.len() / 2, &mut report);
+        let channels = self.channels();
+        let whole = output.len() / channels * channels;
+        let (whole, rest) = output.split_at_mut(whole);
+        rest.fill(0.0);
+        for chunk in whole.chunks_mut(channels * self.parts.settings.block_frames) {
+            self.advance_frame(chunk.len() / channels, &mut report);
             self.render_block(chunk, &mut report);
         }
+        self.return_output();
         let elapsed = started.elapsed();
         let metrics = &self.parts.metrics;
         let lasts_s = f64::from(report.frames) / f64::from(self.rate_hz());
@@ -238,8 +251,34 @@ impl Renderer {
         }
     }
 
+    /// Begins to fade to a new output with the frame in progress.
+    fn take_output(&mut self) {
+        let generator = &mut self.parts.generator;
+        if self.output_change.is_some() || !generator.can_change_stage() {
+            return;
+        }
+        let Some(mut change) = self.parts.outputs.take() else {
+            return;
+        };
+        if let Some(stage) = change.stage.take() {
+            generator.change_stage(stage);
+        }
+        self.output_change = Some(change);
+    }
+
+    /// Returns the last output after its fade.
+    fn return_output(&mut self) {
+        let Some(stage) = self.parts.generator.take_retired_stage() else {
+            return;
+        };
+        if let Some(mut change) = self.output_change.take() {
+            change.stage = Some(stage);
+            self.parts.outputs.give_back(change);
+        }
+    }
+
     fn render_block(&mut self, output: &mut [f32], report: &mut RenderReport) {
-        let frames = output.len() / 2;
+        let frames = output.len() / self.channels();
         report.frames += frames as u32;
         let paused = self.parts.frame.paused;
         if self.is_silent() {
@@ -274,10 +313,11 @@ impl Renderer {
             return;
         }
         let step = 1.0 / (PAUSE_FADE_S * self.rate_hz() as f32);
-        for pair in output.chunks_exact_mut(2) {
+        for frame in output.chunks_exact_mut(self.channels()) {
             self.pause_gain += (target - self.pause_gain).clamp(-step, step);
-            pair[0] *= self.pause_gain;
-            pair[1] *= self.pause_gain;
+            for sample in frame {
+                *sample *= self.pause_gain;
+            }
         }
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use crate::extrapolation::{PredictorKind, PredictorState};
-use crate::generation::{GeneratorSettings, Hrtf};
+use crate::generation::{GeneratorSettings, Hrtf, Layout};
 use crate::propagation::PropagationSettings;
 use crate::runtime::budget::Budget;
 use crate::runtime::phone::DeviceHintsSettings;
@@ -48,13 +48,13 @@ pub enum FrameTime {
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct EngineSettings {
-    /// Sample rate, source slots, voices, limiter.
+    /// Sample rate, layout, source slots, voices, limiter.
     pub generation: GeneratorSettings,
     /// Greatest number of sources, 1 to 4096; `None` is the number of slots, [`GeneratorSettings::max_sources`]. With
     /// more sources than slots the loudest have slots of their own, neighbours among the others share one, and masked
     /// ones are silent. Cost grows with slots.
     pub max_sources: Option<usize>,
-    /// HRTF set; `None` is the built-in one for the sample rate.
+    /// HRTF set of binaural sound; `None` is the built-in one for the sample rate.
     pub hrtf: Option<Arc<Hrtf>>,
     /// Audio frames per block, 32 to 4096.
     pub block_frames: usize,
@@ -187,6 +187,14 @@ impl EngineSettings {
     /// Greatest number of paths of a graphics frame.
     pub(super) fn max_frame_paths(&self) -> usize {
         PredictorState::most_paths(self.max_paths) + self.generation.max_sources
+    }
+
+    /// The HRTF set of a layout; any in layouts without one.
+    pub(super) fn hrtf_of(&self, layout: Layout) -> Result<Arc<Hrtf>> {
+        match layout {
+            Layout::Binaural => self.load_hrtf(),
+            _ => Hrtf::omnidirectional(self.generation.rate_hz).map(Arc::new),
+        }
     }
 
     pub(super) fn load_hrtf(&self) -> Result<Arc<Hrtf>> {

@@ -57,7 +57,8 @@ impl VirtualEngine {
             return Err(Error::setting("graphics_rate_hz", problem, advice));
         }
         settings.frame_time = FrameTime::Fixed(graphics_rate_hz.recip());
-        let block = vec![0.0; 2 * settings.block_frames];
+        let channels = settings.generation.output_channels();
+        let block = vec![0.0; channels * settings.block_frames];
         let (controller, renderer) = Engine::with_clock(settings, Some(clock))?;
         Ok(Self {
             controller,
@@ -84,7 +85,7 @@ impl VirtualEngine {
         self.frames as f64 / self.graphics_rate_hz
     }
 
-    /// One graphics frame: a tick with these poses, then the blocks of interleaved stereo that begin before the next one.
+    /// One graphics frame: a tick with these poses, then the blocks of interleaved channels that begin before the next one.
     ///
     /// # Errors
     /// As [`Controller::tick`]; the sound is rendered nevertheless.

@@ -54,6 +54,11 @@ impl<T: Send> Sender<T> {
         self.spare.take().or_else(|| self.returned.pop().ok())
     }
 
+    /// A box that the receiver has returned, with its old content.
+    pub(crate) fn returned(&mut self) -> Option<Box<T>> {
+        self.returned.pop().ok()
+    }
+
     /// Takes back the last value sent, unless the receiver has taken it.
     pub(crate) fn recall(&mut self) -> Option<Box<T>> {
         self.slot.take()

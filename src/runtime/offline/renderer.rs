@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use crate::error::{Error, Result};
 use crate::extrapolation::{Extrapolator, FramePaths, PredictorKind};
-use crate::generation::{Generator, GeneratorSettings, Hrtf};
+use crate::generation::{Generator, GeneratorSettings, Hrtf, Layout, OutputStage};
 use crate::propagation::{PathSet, PropagationSettings, Propagator};
 use crate::runtime::offline::schedule::{Poses, Schedule};
 use crate::runtime::offline::scheduled_propagation::ScheduledPropagation;
@@ -28,7 +28,7 @@ pub struct OfflineSettings {
     pub predictor: PredictorKind,
     /// Rays, reflection orders, seed.
     pub propagation: PropagationSettings,
-    /// Sample rate, source slots, voices, limiter.
+    /// Sample rate, layout, source slots, voices, limiter.
     pub generation: GeneratorSettings,
 }
 
@@ -146,12 +146,12 @@ impl OfflineRenderer {
                 settings.predictor,
             ),
             extrapolator: Extrapolator::new(scene, settings.predictor, min_distance_m),
-            generator,
             frame_paths: FramePaths::default(),
             report: OfflineReport::default(),
             frame: 0,
             inputs: vec![vec![0.0; settings.block_frames]; settings.generation.max_sources],
-            output: vec![0.0; 2 * settings.block_frames],
+            output: vec![0.0; generator.channels() * settings.block_frames],
+            generator,
             settings,
         })
     }
@@ -176,6 +176,33 @@ impl OfflineRenderer {
         &self.report
     }
 
+    /// Channels of the output; constant.
+    pub fn channels(&self) -> usize {
+        self.generator.channels()
+    }
+
+    /// Changes layout or HRTF set: sound cross-fades within the next graphics frame. A change within the fade of the last
+    /// one is refused. The HRTF set matters in [`Layout::Binaural`] only.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a layout with more channels than the output, an HRTF set of another sample rate, or a fade
+    /// in progress; nothing changes then.
+    pub fn set_output(&mut self, layout: Layout, hrtf: &Hrtf) -> Result<()> {
+        drop(self.generator.take_retired_stage());
+        if !self.generator.can_change_stage() {
+            let problem = "the last change is still fading";
+            return Err(Error::setting("layout", problem, "render a graphics frame"));
+        }
+        let generation = GeneratorSettings {
+            layout,
+            ..self.settings.generation.clone()
+        };
+        let stage = OutputStage::new(&generation, hrtf)?;
+        self.generator.change_stage(Box::new(stage));
+        self.settings.generation = generation;
+        Ok(())
+    }
+
     /// Latency of limiter and interpolation in audio frames.
     pub fn latency_frames(&self) -> usize {
         self.generator.latency_frames()
@@ -187,7 +214,7 @@ impl OfflineRenderer {
     }
 
     /// Renders the sound from this graphics frame to the next; paths reach the values of `poses` at its end. `sink`
-    /// gets interleaved stereo.
+    /// gets interleaved frames of [`Self::channels`].
     ///
     /// # Errors
     /// Those of `sink`.
@@ -246,7 +273,7 @@ impl OfflineRenderer {
                     inputs[slot] = &buffer[..frames];
                 }
             }
-            let output = &mut self.output[..2 * frames];
+            let output = &mut self.output[..self.generator.channels() * frames];
             let started = now();
             let block = self.generator.render(&inputs, output);
             spent += started.elapsed();

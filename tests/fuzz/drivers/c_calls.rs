@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use foresound::bridge::capi::*;
 use foresound::bridge::engine::{PropagationOptions, SourceOptions};
-use foresound::bridge::enumeration::{Affinity, Hrtf, Predictor, Schedule};
+use foresound::bridge::enumeration::{Affinity, Hrtf, Layout, Predictor, Schedule};
 use foresound::bridge::scenes::{SceneInfo, SceneOptions};
 use foresound::bridge::sound::RenderInfo;
 use foresound::bridge::{EngineStatistics, Options, Pose, Status, VERSION};
@@ -146,6 +146,9 @@ fn options(bytes: &mut Bytes) -> Options {
         22 => options.tracing_threads = word,
         23 => options.diffraction_order = word,
         24 => options.even_blocks = word,
+        25 => options.layout = Layout(word),
+        26 => options.output_channels = word,
+        27 => options.output_channels = 16,
         _ => {}
     }
     options
@@ -193,10 +196,16 @@ fn scene(world: &mut World) -> Option<u64> {
 fn render(world: &mut World) {
     let renderer = world.handle(|world| &world.renderers);
     let frames = [0usize, 1, 63, 64, 160][world.bytes.below(5)];
-    let mut block = vec![f32::NAN; 2 * frames];
+    let mut channels = 0;
+    // SAFETY: the address of a variable.
+    if !succeeds(unsafe { foresound_renderer_channels(renderer, &raw mut channels) }) {
+        channels = 2;
+    }
+    let mut block = vec![f32::NAN; channels as usize * frames];
     let mut info = RenderInfo::default();
-    // SAFETY: the block has twice as many floats as frames; the other is a variable.
-    let status = unsafe { foresound_render(renderer, block.as_mut_ptr(), frames, &raw mut info) };
+    let (output, info) = (block.as_mut_ptr(), &raw mut info);
+    // SAFETY: the block has as many floats as channels times frames; the other is a variable.
+    let status = unsafe { foresound_render_channels(renderer, output, channels, frames, info) };
     assert_ne!(status, Status::Panic);
     if status == Status::Ok {
         assert!(block.iter().all(|s| s.is_finite()), "{block:?}");
@@ -246,7 +255,7 @@ fn sound(world: &mut World) {
 
 fn change(world: &mut World) {
     let (engine, source) = (world.engine(), world.source());
-    let status = match world.bytes.below(14) {
+    let status = match world.bytes.below(16) {
         0 => foresound_source_remove(engine, source),
         1 => foresound_source_set_gain(engine, source, world.bytes.number()),
         2 => foresound_source_mute(engine, source, world.bytes.byte().into()),
@@ -279,6 +288,13 @@ fn change(world: &mut World) {
         10 => foresound_instance_remove(engine, world.instance()),
         11 => foresound_engine_set_predictor(engine, Predictor(world.bytes.below(4) as u32)),
         12 => foresound_engine_set_schedule(engine, Schedule(world.bytes.below(3) as u32)),
+        14 => foresound_engine_set_layout(engine, Layout(world.bytes.below(10) as u32)),
+        15 => {
+            let length = world.bytes.below(60);
+            let set = world.bytes.take(length).to_vec();
+            // SAFETY: the address of as many bytes.
+            unsafe { foresound_engine_set_hrtf(engine, set.as_ptr(), set.len()) }
+        }
         13 => {
             let levels = [world.bytes.number(); 24];
             let count = [0, 8, 16, 17, 24][world.bytes.below(5)];

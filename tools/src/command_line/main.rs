@@ -16,6 +16,7 @@ mod bench;
 mod counting;
 mod demo;
 mod evaluate;
+mod hrtf_file;
 mod inputs;
 mod inspect;
 mod manual;
@@ -68,7 +69,7 @@ pub(crate) struct Cli {
 enum Command {
     /// Renders a walk through the concert hall with four voices, by both schedules (the default).
     Demo(demo::Arguments),
-    /// Renders your scene, sounds and listener to a binaural WAV file.
+    /// Renders your scene, sounds and listener to a WAV file: binaural, for loudspeakers, or Ambisonics.
     Render(render::Arguments),
     /// Writes an impulse response and its room-acoustic parameters.
     Rir(rir::Arguments),

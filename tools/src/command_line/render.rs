@@ -1,9 +1,8 @@
-//! `render`: renders a scene, sounds and a listener to a binaural WAV file.
+//! `render`: renders a scene, sounds and a listener to a WAV file, binaural or in another layout.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use foresound::generation::Hrtf;
+use foresound::generation::Layout;
 use foresound::output::wav::WavSink;
 use foresound::runtime::{Latency, OfflineSettings, Schedule};
 use foresound::scene::Scene;
@@ -11,6 +10,7 @@ use foresound::{Error, Result};
 use foresound_tools::listener_path::ListenerPath;
 use serde_json::json;
 
+use crate::hrtf_file::load_hrtf;
 use crate::inputs::{
     SceneArguments, SourceArgument, SourcePosition, check_wav_name, counted, keep_inputs,
     load_scene, load_sound, parse_source, predictor_named, print_notes,
@@ -52,7 +52,13 @@ pub(crate) struct Arguments {
         allow_hyphen_values = true
     )]
     parts: Vec<String>,
-    /// The WAV file to write: stereo, 32-bit float.
+    /// Layout of the channels: binaural, stereo, mono, 5.1, 7.1, 7.1.4, or ambix1 to ambix3 (Ambisonics in AmbiX form).
+    #[arg(long, default_value = "binaural", value_name = "NAME")]
+    layout: String,
+    /// HRTF set of binaural sound, a baked file; without it the built-in set.
+    #[arg(long, value_name = "FILE")]
+    hrtf: Option<PathBuf>,
+    /// The WAV file to write: 32-bit float, the layout's channels.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// synchronous or asynchronous.
@@ -154,6 +160,7 @@ fn inputs(arguments: &Arguments, sources: &[SourceArgument]) -> Vec<PathBuf> {
     let mut files = arguments.intake.files(&arguments.scene);
     files.extend(sources.iter().map(|source| source.file.clone()));
     files.push(PathBuf::from(&arguments.listener));
+    files.extend(arguments.hrtf.clone());
     let pairs = arguments.parts.iter().chain(&arguments.source_paths);
     let both = pairs.filter_map(|text| text.split_once('='));
     files.extend(both.flat_map(|(first, second)| [first.into(), second.into()]));
@@ -180,14 +187,30 @@ fn load_part(text: &str, intake: &SceneArguments) -> Result<MovingPart> {
 struct Levels {
     peak: f32,
     clipped: u64,
+    /// Sum of squares of what counts as the layout's energy.
+    energy: f64,
+    frames: u64,
 }
 
 impl Levels {
-    fn add(&mut self, block: &[f32]) {
+    fn add(&mut self, block: &[f32], layout: Layout) {
+        let channels = layout.channels();
+        // The omnidirectional channel of Ambisonics stands for all.
+        let counted = layout.ambisonics_order().map_or(channels, |_| 1);
+        for frame in block.chunks_exact(channels) {
+            let squares = frame[..counted].iter().map(|s| f64::from(*s).powi(2));
+            self.energy += squares.sum::<f64>();
+            self.frames += 1;
+        }
         for sample in block {
             self.peak = self.peak.max(sample.abs());
             self.clipped += u64::from(sample.abs() > 1.0);
         }
+    }
+
+    /// Mean energy over all channels in dB re full scale; `None` for silence.
+    fn energy_db(&self) -> Option<f64> {
+        (self.energy > 0.0).then(|| 10.0 * (self.energy / self.frames as f64).log10())
     }
 
     /// Peak in dB re full scale; `None` for silence.
@@ -243,7 +266,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     keep_inputs(&arguments.out, inputs.iter().map(PathBuf::as_path))?;
     check_wav_name(&arguments.out)?;
     let listener = ListenerPath::parse(&arguments.listener)?;
-    let hrtf = Arc::new(Hrtf::builtin(arguments.rate)?);
+    let layout: Layout = arguments.layout.parse()?;
+    let hrtf = load_hrtf(arguments.hrtf.as_deref(), layout, arguments.rate)?;
     let loaded = load_scene(&arguments.scene, &arguments.intake)?;
     print_notes(&loaded.notes);
     let parts: Vec<_> = arguments
@@ -280,6 +304,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     settings.predictor = predictor;
     settings.propagation.seed = arguments.seed;
     settings.generation.rate_hz = arguments.rate;
+    settings.generation.layout = layout;
     settings.generation.max_sources = sounds.len();
     let session = Session {
         what: "render",
@@ -291,10 +316,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         duration_s,
         settings,
     };
-    let mut sink = WavSink::create(&arguments.out, arguments.rate, 2)?;
+    let mut sink = WavSink::create(&arguments.out, arguments.rate, layout.channels() as u16)?;
+    sink.set_positions(layout.wav_mask());
     let mut levels = Levels::default();
     let rendered = session.render(&mut |block| {
-        levels.add(block);
+        levels.add(block, layout);
         sink.write(block)
     })?;
     sink.finish()?;
@@ -311,15 +337,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             "level": schedule.extrapolation_level(),
             "sps_ms_p50": median(&sps_ms),
             "dropped_paths": report.dropped_paths,
-            "layout": "binaural",
-            "channels": 2,
+            "layout": layout.name(),
+            "channels": layout.channels(),
             "peak_db": levels.peak_db(),
+            "energy_db": levels.energy_db(),
             "clipped_samples": levels.clipped,
         });
         outln!("{value}");
     } else {
         outln!(
-            "{}: {duration_s:.2} s, {}, peak {}, {} paths, {} rays and {:.2} ms an update",
+            "{}: {duration_s:.2} s, {layout}, {}, peak {}, {} paths, {} rays and {:.2} ms an update",
             arguments.out.display(),
             counted(sounds.len(), "source"),
             levels

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use foresound::Result;
 use foresound::extrapolation::PredictorKind;
+use foresound::generation::{Hrtf, Layout};
 use foresound::propagation::PropagationSettings;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::Controller;
@@ -29,6 +30,16 @@ pub(crate) enum Change {
     Predictors,
 }
 
+/// Outputs to choose from, and the changes so far.
+pub(crate) struct Outputs {
+    pub(crate) hrtfs: Vec<Arc<Hrtf>>,
+    pub(crate) layout_changes: u64,
+    pub(crate) hrtf_changes: u64,
+}
+
+/// Chance of another layout, and of another HRTF set, in a graphics frame.
+const OUTPUT_CHANCES: [f32; 2] = [0.1, 0.05];
+
 /// The app.
 pub(crate) struct Restless {
     pub(crate) controller: Controller,
@@ -44,6 +55,8 @@ pub(crate) struct Restless {
     pub(crate) scene: usize,
     pub(crate) swaps: u64,
     pub(crate) added: u64,
+    /// Layouts and HRTF sets to change to; none for the same output all the time.
+    pub(crate) outputs: Option<Outputs>,
     /// State of the random numbers.
     pub(crate) state: u64,
 }
@@ -71,6 +84,29 @@ impl Restless {
     fn happens(&mut self, change: Change, chance: f32) -> bool {
         let falls = self.random() < chance;
         falls && self.changes.contains(&change)
+    }
+
+    /// Changes layout and HRTF set at random, if there are some.
+    fn change_outputs(&mut self) -> Result<()> {
+        if self.outputs.is_none() {
+            return Ok(());
+        }
+        let [layout, set, which] = std::array::from_fn(|_| self.random());
+        let Some(outputs) = &mut self.outputs else {
+            return Ok(());
+        };
+        let index = |count: usize| ((which * count as f32) as usize).min(count - 1);
+        if layout < OUTPUT_CHANCES[0] {
+            let layout = Layout::ALL[index(Layout::ALL.len())];
+            self.controller.set_layout(layout)?;
+            outputs.layout_changes += 1;
+        }
+        if set < OUTPUT_CHANCES[1] {
+            let set = &outputs.hrtfs[index(outputs.hrtfs.len())];
+            self.controller.set_hrtf(Some(Arc::clone(set)))?;
+            outputs.hrtf_changes += 1;
+        }
+        Ok(())
     }
 
     /// One graphics frame: random additions, removals and changes; everything moves.
@@ -118,6 +154,7 @@ impl Restless {
             self.controller
                 .set_predictor(PredictorKind::ALL[which.min(last)]);
         }
+        self.change_outputs()?;
         let mut poses = Vec::with_capacity(self.sources.len());
         for n in 0..self.sources.len() {
             let position = self.position(n, time_s);

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use foresound::Result;
+use foresound::generation::{Hrtf, Layout};
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::engine::Percentiles;
 use foresound::runtime::{
@@ -24,7 +25,7 @@ use crate::inputs::{SceneArguments, load_scene, predictor_named, within};
 use crate::memory_use::Memory;
 use crate::printed;
 use crate::processor_shares::ProcessorShares;
-use crate::restless::{Change, Restless};
+use crate::restless::{Change, Outputs, Restless};
 use crate::traces::write_trace;
 
 /// The app's graphics frame.
@@ -61,6 +62,9 @@ pub(crate) struct Arguments {
     /// Play a smooth sound and detect clicks and direct current in the output.
     #[arg(long)]
     detect: bool,
+    /// Change layout and HRTF set at random too, in an output of sixteen channels, and detect clicks in all of them.
+    #[arg(long)]
+    switch_outputs: bool,
     /// Kinds of changes besides movement; all if none is given.
     #[arg(long, value_delimiter = ',')]
     changes: Vec<Change>,
@@ -160,6 +164,9 @@ fn device(
     let (counted, shares) = (Arc::clone(operations), Arc::clone(shares));
     let rate_hz = settings.generation.rate_hz;
     let mut placed = false;
+    // The device is stereo; an output of more channels is only listened to.
+    let channels = renderer.channels();
+    let mut many = vec![0.0; channels * settings.block_frames];
     NullDevice::start(
         rate_hz,
         settings.block_frames,
@@ -170,6 +177,10 @@ fn device(
                 placed = true;
             }
             let (before, worked) = (counting::operations(), thread_processor_time());
+            let block = match channels {
+                2 => block,
+                _ => &mut many[..channels * (block.len() / 2)],
+            };
             renderer.render(block);
             if let (Some(before), Some(after)) = (worked, thread_processor_time()) {
                 shares.record(after.saturating_sub(before));
@@ -202,13 +213,26 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     };
     settings.block_frames = arguments.block;
     settings.predictor = predictor_named(&arguments.predictor)?;
+    let rate_hz = settings.generation.rate_hz;
+    let outputs = match arguments.switch_outputs {
+        false => None,
+        true => {
+            settings.generation.channels = Some(Layout::Ambisonics3.channels());
+            let sets = [Hrtf::builtin(rate_hz)?, Hrtf::omnidirectional(rate_hz)?];
+            Some(Outputs {
+                hrtfs: sets.into_iter().map(Arc::new).collect(),
+                layout_changes: 0,
+                hrtf_changes: 0,
+            })
+        }
+    };
+    let detects = arguments.detect || arguments.switch_outputs;
     let (controller, renderer) = Engine::new(settings.clone())?;
     let scenes = SCENES
         .iter()
         .map(|name| load_scene(Path::new(name), &SceneArguments::default()))
         .collect::<Result<Vec<_>>>()?;
-    let rate_hz = settings.generation.rate_hz;
-    let clip: Arc<[f32]> = if arguments.detect {
+    let clip: Arc<[f32]> = if detects {
         smooth_loop(rate_hz).into()
     } else {
         (0..44_100).map(|n| 0.2 * unit(mix(n)) - 0.1).collect()
@@ -225,6 +249,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         scene: 0,
         swaps: 0,
         added: 0,
+        outputs,
         state: 1,
         scenes,
     };
@@ -235,8 +260,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let period_s = arguments.block as f64 / f64::from(rate_hz);
     let shares = Arc::new(ProcessorShares::new(period_s));
     let (to, listened) = mpsc::channel();
-    let detector = ClickDetector::new(rate_hz);
-    let ear = arguments.detect.then_some(Ear { detector, to });
+    let channels = settings.generation.output_channels();
+    let detector = ClickDetector::with_channels(rate_hz, channels);
+    let ear = detects.then_some(Ear { detector, to });
     let device = device(renderer, &settings, &operations, &shares, ear)?;
     let mut log = TraceLog::default();
     let traced = arguments.trace.is_some().then_some(&mut log);
@@ -314,6 +340,12 @@ fn print_findings(
         "realtime_priority": heard.placement.realtime_priority,
         "nice": heard.placement.nice,
     });
+    if let (Some(outputs), Value::Object(keys)) = (&restless.outputs, &mut result) {
+        let changes = [outputs.layout_changes, outputs.hrtf_changes];
+        let names = ["layout_changes", "hrtf_changes"];
+        let found = names.into_iter().zip(changes.map(Value::from));
+        keys.extend(found.map(|(key, value)| (key.to_owned(), value)));
+    }
     if let (Some(detector), Value::Object(keys)) = (&listened, &mut result) {
         let found = [
             ("clicks", json!(detector.clicks())),

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use foresound::extrapolation::PredictorKind;
-use foresound::generation::{GeneratorSettings, Hrtf};
+use foresound::generation::{GeneratorSettings, Hrtf, Layout};
 use foresound::runtime::{
-    AffinityPolicy, Budget, Engine, EngineSettings, FrameTime, NullDevice, OfflineRenderer,
-    OfflineSettings, QualityChoice, QualityLevel, Schedule, SoundThread, Threads,
+    AffinityPolicy, Budget, DeviceOutput, Engine, EngineSettings, FrameTime, NullDevice,
+    OfflineRenderer, OfflineSettings, QualityChoice, QualityLevel, Schedule, SoundThread, Threads,
 };
 use foresound::scene::{
     DistanceCurve, DistanceTable, InstanceId, InstancePose, ListenerPose, MaterialTable, Scene,
@@ -51,6 +51,11 @@ fn settings(errors: &mut Errors) {
     with("nine seconds", &|s| s.frame_time = FrameTime::Fixed(9.0));
     with("another HRTF set", &|s| s.generation.rate_hz = 48_000);
     with("a ceiling", &|s| s.generation.ceiling_db = 3.0);
+    with("seventeen channels", &|s| s.generation.channels = Some(17));
+    with("5.1 on two channels", &|s| {
+        s.generation.layout = Layout::Surround51;
+        s.generation.channels = Some(2);
+    });
     with("no limit of time", &|s| {
         s.budget.update_s = Some(f64::NAN);
     });
@@ -63,8 +68,13 @@ fn settings(errors: &mut Errors) {
     });
     errors.of(
         "a limiter",
-        foresound::generation::Limiter::new(16_000, 3.0),
+        foresound::generation::Limiter::new(16_000, 2, 3.0),
     );
+    errors.of(
+        "a limiter of no channels",
+        foresound::generation::Limiter::new(16_000, 0, -1.0),
+    );
+    errors.of("no such layout", "9.1".parse::<Layout>());
     errors.of("no such HRTF set", Hrtf::builtin(8000));
     errors.of("no HRTF set", Hrtf::parse(b"no head", "an HRTF set"));
     errors.of("a rate of 1 Hz", Hrtf::omnidirectional(1));
@@ -97,7 +107,15 @@ fn offline(errors: &mut Errors) {
 }
 
 fn at_work(errors: &mut Errors) {
+    let mut surround = small();
+    surround.generation.layout = Layout::Surround51;
+    let (_controller, renderer) = Engine::new(surround).expect("an engine");
+    let device = Box::new(foresound::device::NullOutput);
+    let output = DeviceOutput::start(renderer, 2, device);
+    errors.of("5.1 on a device", output.map(drop));
     let (mut controller, renderer) = Engine::new(small()).expect("an engine");
+    let layout = controller.set_layout(Layout::Ambisonics3);
+    errors.of("Ambisonics on two channels", layout);
     errors.of("no blocks ahead", SoundThread::start(renderer, 0).map(drop));
     let id = controller.add_source(Vec3::ONE).expect("a slot");
     errors.of("a second source", controller.add_source(Vec3::ONE));

@@ -82,6 +82,33 @@ namespace Foresound.Interop
         None = 1,
     }
 
+    /// <summary>Channels of the output and their order.</summary>
+    public enum Layout : uint
+    {
+        /// <summary>Two ears, for headphones.</summary>
+        Binaural = 0,
+        /// <summary>Left and right by amplitude panning, for loudspeakers such as a phone's.</summary>
+        Stereo = 1,
+        /// <summary>One channel; the first two of more have it equally.</summary>
+        Mono = 2,
+        /// <summary>Six channels: left, right, centre, LFE (silent), left and right surround.</summary>
+        Surround51 = 3,
+        /// <summary>
+        /// Eight channels: left, right, centre, LFE (silent), left and right back, left and right side.
+        /// </summary>
+        Surround71 = 4,
+        /// <summary>
+        /// Twelve channels: those of 7.1, then top front left and right, top back left and right.
+        /// </summary>
+        Surround714 = 5,
+        /// <summary>Four channels of Ambisonics of order 1: AmbiX, order ACN, normalisation SN3D.</summary>
+        Ambisonics1 = 6,
+        /// <summary>Nine channels of Ambisonics of order 2.</summary>
+        Ambisonics2 = 7,
+        /// <summary>Sixteen channels of Ambisonics of order 3.</summary>
+        Ambisonics3 = 8,
+    }
+
     /// <summary>State of an engine.</summary>
     public enum EngineState : uint
     {
@@ -229,7 +256,7 @@ namespace Foresound.Interop
     public unsafe struct Options
     {
         /// <summary>Bytes in C.</summary>
-        public const uint Bytes = 128;
+        public const uint Bytes = 136;
 
         /// <summary>
         /// Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
@@ -307,6 +334,12 @@ namespace Foresound.Interop
         public double FrameS;
         /// <summary>Maximum path delay in seconds, 0.01 to 10.</summary>
         public double MaxDelayS;
+        /// <summary>Layout of the output at first.</summary>
+        public Layout Layout;
+        /// <summary>
+        /// Channels of the output, constant while the layout may change, to 16; 0: those that `layout` has.
+        /// </summary>
+        public uint OutputChannels;
     }
 
     /// <summary>
@@ -850,6 +883,21 @@ namespace Foresound.Interop
         [DllImport(Library, EntryPoint = "foresound_engine_set_predictor", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status EngineSetPredictor(ulong engine, Predictor predictor);
 
+        /// <summary>
+        /// Changes the layout, such as when headphones are plugged in or out: sound cross-fades within the next graphics
+        /// frame. The number of channels stays: a layout of more channels than the output is refused
+        /// (FORESOUND_STATUS_BAD_ARGUMENT). Takes some milliseconds. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_set_layout", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EngineSetLayout(ulong engine, Layout layout);
+
+        /// <summary>
+        /// Changes the HRTF set: binaural sound cross-fades within the next graphics frame. `hrtf`: content of an HRTF
+        /// set's file at the engine's sample rate; null for the built-in set. Takes some milliseconds. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_set_hrtf", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EngineSetHrtf(ulong engine, byte* hrtf, UIntPtr hrtfBytes);
+
         /// <summary>Sets when propagation runs, after the running update. Control thread.</summary>
         [DllImport(Library, EntryPoint = "foresound_engine_set_schedule", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status EngineSetSchedule(ulong engine, Schedule schedule);
@@ -960,8 +1008,12 @@ namespace Foresound.Interop
         [DllImport(Library, EntryPoint = "foresound_renderer_latency", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status RendererLatency(ulong renderer, uint* frames);
 
+        /// <summary>Writes the number of channels that a renderer writes. Any thread.</summary>
+        [DllImport(Library, EntryPoint = "foresound_renderer_channels", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status RendererChannels(ulong renderer, uint* channels);
+
         /// <summary>
-        /// Plays a renderer on the system's device (Oboe on Android, a silent device elsewhere), rendered `blocks_ahead`
+        /// Plays a renderer of two channels on the system's device (Oboe on Android, a silent device elsewhere), rendered `blocks_ahead`
         /// blocks ahead (1 to 64) on a thread of its own. Closes the renderer's handle. A device that is lost or does not
         /// open is opened again at growing intervals. Control thread.
         /// </summary>
@@ -1122,14 +1174,25 @@ namespace Foresound.Interop
             float* positionsM, UIntPtr vertexCount, uint* indices, UIntPtr indexCount, uint* triangleMaterials, byte** materialNames, UIntPtr materialCount, byte* materialsToml, SceneOptions* options, ulong progress, ulong* scene);
 
         /// <summary>
-        /// Renders `frames` audio frames of interleaved stereo into `output`; silence on failure. `info`: null if unused. One thread
-        /// at a time a renderer; a second concurrent call gets FORESOUND_STATUS_BUSY. Multiples of the engine's block size are the
+        /// Renders `frames` audio frames of interleaved stereo into `output`; silence on failure. An engine of another number of
+        /// channels than two is refused: use foresound_render_channels. `info`: null if unused. One thread at a time a renderer; a second concurrent call gets FORESOUND_STATUS_BUSY. Multiples of the engine's block size are the
         /// most efficient. Audio thread: wait-free, without allocation, without a message.
         ///
         /// `output` has 2 x `frames` elements.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_render", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status Render(ulong renderer, float* output, UIntPtr frames, RenderInfo* info);
+
+        /// <summary>
+        /// Renders `frames` audio frames of `channels` interleaved channels into `output`, as foresound_render; `channels` is the
+        /// number of the engine (foresound_renderer_channels), another one gets FORESOUND_STATUS_BAD_ARGUMENT and silence. Audio
+        /// thread: wait-free, without allocation, without a message.
+        ///
+        /// `output` has `channels` x `frames` elements.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_render_channels", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status RenderChannels(
+            ulong renderer, float* output, uint channels, UIntPtr frames, RenderInfo* info);
 
         /// <summary>
         /// Appends as many of `count` samples to a stream as fit; `written` (null if unused) receives their number. Fails with

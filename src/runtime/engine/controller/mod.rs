@@ -5,6 +5,7 @@
 //! itself propagates.
 
 mod instances;
+mod outputs;
 mod scenes;
 mod sources;
 
@@ -14,7 +15,7 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use super::frame_numbers::{FrameNumbers, FrameReceiver};
-use super::messages::{AudioFrame, BED, SampleSourceChange, SourceRoute, WorldFrame};
+use super::messages::{AudioFrame, BED, OutputChange, SampleSourceChange, SourceRoute, WorldFrame};
 use super::path_snapshot::{PathSnapshot, SnapshotPath};
 use super::propagation_thread::Propagation;
 use super::scene_builder::SceneBuilder;
@@ -52,6 +53,7 @@ pub enum EngineState {
 pub(super) struct Channels {
     pub(super) frames: Sender<AudioFrame>,
     pub(super) world: Sender<WorldFrame>,
+    pub(super) outputs: Sender<OutputChange>,
     pub(super) source_changes: rtrb::Producer<SampleSourceChange>,
     pub(super) retired: rtrb::Consumer<SampleSource>,
     pub(super) pending_propagator: PendingPropagator,
@@ -140,6 +142,7 @@ impl Controller {
         }
         let time_s = self.time_s();
         self.ticks += 1;
+        self.free_outputs();
         self.assign_slots(time_s);
         let mut world = self.channels.world.take_blank(|| WorldFrame {
             listener,

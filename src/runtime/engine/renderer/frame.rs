@@ -93,6 +93,7 @@ impl Renderer {
         let (frame_ns, metrics) = ((frame_s * 1e9) as u64, &self.parts.metrics);
         metrics.frame_ns.store(frame_ns, Ordering::Relaxed);
         self.store_update(frame_s, report);
+        self.take_output();
         let RendererParts {
             frame,
             extrapolator,

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use foresound::extrapolation::{FramePaths, GeometricSettings, PredictorKind};
-use foresound::generation::{Generator, GeneratorSettings, Hrtf};
+use foresound::generation::{Generator, GeneratorSettings, Hrtf, Layout};
 use foresound::runtime::engine::ramp_frames;
 use foresound::runtime::{Latency, OfflineRenderer, OfflineSettings, Poses, Schedule};
 use foresound::scene::{ListenerPose, SourceId, SourcePose};
@@ -42,6 +42,9 @@ pub(crate) struct Arguments {
     /// Sample rate in Hz: 44100 or 48000.
     #[arg(long, default_value_t = 44_100)]
     rate: u32,
+    /// Layouts to compare, in turn in one run; the first is the measure of the others.
+    #[arg(long, value_delimiter = ',', default_value = "binaural")]
+    layout: Vec<String>,
     /// Seconds of the walk.
     #[arg(long, default_value_t = 4.0)]
     seconds: f64,
@@ -66,23 +69,39 @@ struct Walked {
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     check(arguments)?;
     let hrtf = Arc::new(Hrtf::builtin(arguments.rate)?);
+    let layouts = arguments.layout.iter().map(|name| name.parse());
+    let layouts = layouts.collect::<Result<Vec<Layout>>>()?;
     let walked = walk(arguments, &hrtf)?;
-    let mut best_us: Vec<f64> = Vec::new();
+    let mut best_us: Vec<Vec<f64>> = vec![Vec::new(); layouts.len()];
     let mut most_voices = 0;
     for _ in 0..arguments.rounds {
-        let mut generator = Generator::new(walked.settings.clone(), Arc::clone(&hrtf))?;
-        let (us, voices) = walked.generate(&mut generator, arguments.block);
-        most_voices = most_voices.max(voices);
-        if best_us.is_empty() {
-            best_us = us;
-        } else {
-            for (best, us) in best_us.iter_mut().zip(us) {
-                *best = best.min(us);
+        for (layout, best_us) in layouts.iter().zip(&mut best_us) {
+            let settings = GeneratorSettings {
+                layout: *layout,
+                ..walked.settings.clone()
+            };
+            let mut generator = Generator::new(settings, Arc::clone(&hrtf))?;
+            let (us, voices) = walked.generate(&mut generator, arguments.block);
+            most_voices = most_voices.max(voices);
+            if best_us.is_empty() {
+                *best_us = us;
+            } else {
+                for (best, us) in best_us.iter_mut().zip(us) {
+                    *best = best.min(us);
+                }
             }
         }
     }
-    let row = row(arguments, &walked, &best_us, most_voices);
-    printed::rows(&[row], arguments.json);
+    let mut rows: Vec<Value> = Vec::new();
+    for (layout, best_us) in layouts.iter().zip(&best_us) {
+        let mut row = row(arguments, &walked, best_us, most_voices);
+        let mean_us = |row: &Value| row["us"]["mean"].as_f64().unwrap_or(0.0);
+        let first_us = mean_us(rows.first().unwrap_or(&row));
+        row["layout"] = layout.name().into();
+        row["to_first"] = (mean_us(&row) / first_us).into();
+        rows.push(row);
+    }
+    printed::rows(&rows, arguments.json);
     Ok(())
 }
 
@@ -177,7 +196,7 @@ impl Walked {
         // As in the engine.
         let ramp = ramp_frames(1.0 / self.graphics_rate_hz, self.settings.rate_hz, block);
         let blocks = self.sounds.first().map_or(0, Vec::len) / block;
-        let mut output = vec![0.0; 2 * block];
+        let mut output = vec![0.0; generator.channels() * block];
         let mut us = Vec::with_capacity(blocks);
         let (mut taken, mut most_voices) = (None, 0);
         for start in (0..blocks).map(|n| n * block) {

@@ -32,6 +32,8 @@ final class Native {
     static native void propagationOptionsDefault(double[] options);
     static native void engineSetPropagation(long engine, double[] options);
     static native void engineSetPredictor(long engine, int predictor);
+    static native void engineSetLayout(long engine, int layout);
+    static native void engineSetHrtf(long engine, byte[] hrtf);
     static native void engineSetSchedule(long engine, int schedule);
     static native void enginePause(long engine);
     static native void engineResume(long engine);
@@ -50,6 +52,7 @@ final class Native {
     static native long sceneFromFile(String path, String materialsToml, double[] options, long progress);
     static native void sceneInfo(long scene, double[] info);
     static native int rendererLatency(long renderer);
+    static native int rendererChannels(long renderer);
     static native long outputStart(long renderer, int blocksAhead);
     static native void outputInfo(long output, double[] info);
     static native int sourceAdd(long engine, float xM, float yM, float zM);
@@ -87,14 +90,14 @@ final class Native {
     static native long sceneFromMesh(
             float[] positions, int[] indices, int[] triangleMaterials, String[] materials, String materialsToml, double[] options, long progress);
 
-    /** Renders interleaved stereo floats; returns the number of voices. */
+    /** Renders interleaved floats of the renderer's channels; returns the number of voices. */
     static native int render(long renderer, ByteBuffer output, int frames);
 
     /** Appends floats to a stream; returns the number that fitted. */
     static native int streamWrite(long stream, ByteBuffer samples, int count);
 
     static final class Options {
-        static final int LENGTH = 29;
+        static final int LENGTH = 31;
         static final int RATE_HZ = 0;
         static final int BLOCK_FRAMES = 1;
         static final int MAX_SOURCES = 2;
@@ -124,6 +127,8 @@ final class Native {
         static final int CEILING_DB = 26;
         static final int FRAME_S = 27;
         static final int MAX_DELAY_S = 28;
+        static final int LAYOUT = 29;
+        static final int OUTPUT_CHANNELS = 30;
     }
 
     static final class SourceOptions {
@@ -323,6 +328,18 @@ final class Native {
     static final class Hrtf {
         static final int SET = 0;
         static final int NONE = 1;
+    }
+
+    static final class Layout {
+        static final int BINAURAL = 0;
+        static final int STEREO = 1;
+        static final int MONO = 2;
+        static final int SURROUND51 = 3;
+        static final int SURROUND71 = 4;
+        static final int SURROUND714 = 5;
+        static final int AMBISONICS1 = 6;
+        static final int AMBISONICS2 = 7;
+        static final int AMBISONICS3 = 8;
     }
 
     static final class Effect {

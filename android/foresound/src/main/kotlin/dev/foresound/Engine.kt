@@ -52,6 +52,7 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
         val engine = LongArray(1)
         rendererHandle = Native.engineCreate(Native.VERSION, options.numbers(), options.hrtf, engine)
         handle = engine[0]
+        channels = Native.rendererChannels(rendererHandle)
         handles = Cleaner.watch(this, Handles(rendererHandle, handle))
     }
 
@@ -108,6 +109,19 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
     /** Sets the extrapolation of paths, from the next update on. */
     fun setPredictor(predictor: Predictor) = Native.engineSetPredictor(handle, predictor.number)
 
+    /** Channels of what [render] writes, constant. */
+    val channels: Int
+
+    /**
+     * Changes the layout, such as when headphones are plugged in or out (`AudioManager.registerAudioDeviceCallback`): sound
+     * cross-fades within the next graphics frame. Throws [IllegalArgumentException] for a layout of more channels than the
+     * output has.
+     */
+    fun setLayout(layout: Layout) = Native.engineSetLayout(handle, layout.number)
+
+    /** Changes the HRTF set to the content of a file at [rateHz]; null is the built-in set. Sound cross-fades. */
+    fun setHrtf(hrtf: ByteArray?) = Native.engineSetHrtf(handle, hrtf)
+
     /** Sets when propagation runs, after the running update. */
     fun setSchedule(schedule: Schedule) = Native.engineSetSchedule(handle, schedule.number)
 
@@ -125,8 +139,8 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
     }
 
     /**
-     * Renders [frames] audio frames of interleaved stereo into a direct buffer of floats in native order, for apps with
-     * an audio callback; returns the number of voices. One thread at a time; never waits. Not after [start].
+     * Renders [frames] audio frames of [channels] interleaved channels into a direct buffer of floats in native order, for
+     * apps with an audio callback; returns the number of voices. One thread at a time; never waits. Not after [start].
      */
     fun render(buffer: ByteBuffer, frames: Int): Int = Native.render(rendererHandle, buffer, frames)
 

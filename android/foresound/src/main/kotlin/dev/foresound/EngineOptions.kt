@@ -23,6 +23,23 @@ enum class Affinity(internal val number: Int) {
     CHOSEN_CORES(Native.Affinity.CHOSEN),
 }
 
+/** Channels of the output and their order; see the guide's page on layouts. */
+enum class Layout(internal val number: Int) {
+    /** Two ears, for headphones. */
+    BINAURAL(Native.Layout.BINAURAL),
+    /** Left and right by amplitude panning, for loudspeakers such as the phone's. */
+    STEREO(Native.Layout.STEREO),
+    /** One channel; both channels of the device have it equally. */
+    MONO(Native.Layout.MONO),
+    SURROUND_51(Native.Layout.SURROUND51),
+    SURROUND_71(Native.Layout.SURROUND71),
+    SURROUND_714(Native.Layout.SURROUND714),
+    /** Ambisonics as AmbiX: order ACN, normalisation SN3D. */
+    AMBISONICS_1(Native.Layout.AMBISONICS1),
+    AMBISONICS_2(Native.Layout.AMBISONICS2),
+    AMBISONICS_3(Native.Layout.AMBISONICS3),
+}
+
 /** Settings of an engine. Null is the library's default. */
 class EngineOptions @JvmOverloads constructor(
     /** 44,100 or 48,000 Hz. The device's (`AudioManager.PROPERTY_OUTPUT_SAMPLE_RATE`) has the lowest latency. */
@@ -77,6 +94,10 @@ class EngineOptions @JvmOverloads constructor(
     var audioCore: Int = 0,
     /** Seed of the ray directions. */
     var seed: Int? = null,
+    /** Layout of the output at first; [Engine.setLayout] changes it. */
+    var layout: Layout = Layout.BINAURAL,
+    /** Channels of the output, constant, to 16; null: those of [layout]. [Engine.start] needs two. */
+    var outputChannels: Int? = null,
 ) {
     init {
         check()
@@ -126,6 +147,8 @@ class EngineOptions @JvmOverloads constructor(
         set(Index.CEILING_DB, ceilingDb)
         set(Index.FRAME_S, frameSeconds)
         set(Index.MAX_DELAY_S, maxDelaySeconds)
+        set(Index.LAYOUT, layout.number)
+        set(Index.OUTPUT_CHANNELS, outputChannels)
         return numbers
     }
 

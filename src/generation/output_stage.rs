@@ -1,0 +1,130 @@
+//! The part of generation that depends on the layout or the HRTF set: voices, plane waves and buses.
+//!
+//! Construction: control side; allocates. The rest: audio side, wait-free. A generator changes its output by another stage:
+//! in the frame of the change all paths start in the new stage and fade out in the old one, which is returned when it is
+//! silent.
+
+use std::f32::consts::SQRT_2;
+use std::sync::Arc;
+
+use glam::Quat;
+
+use crate::error::Result;
+use crate::generation::binaural::far_field::FarField;
+use crate::generation::binaural::filter_bank::OutputBuses;
+use crate::generation::delay::delay_line::DelayLine;
+use crate::generation::panning::direction_table::DirectionTable;
+use crate::generation::panning::layout::Layout;
+use crate::generation::ramp::ChunkSpan;
+use crate::generation::render_context::{RenderContext, SlotOwner};
+use crate::generation::reverb::mixing::Rows;
+use crate::generation::voices::voice_set::VoiceSet;
+use crate::generation::{GeneratorSettings, Hrtf};
+
+/// Voices, waves and buses of one output. Made on the control side, used on the audio side.
+#[derive(Debug)]
+pub(crate) struct OutputStage {
+    pub(crate) table: Arc<DirectionTable>,
+    pub(crate) voices: VoiceSet,
+    far_field: Option<FarField>,
+    buses: OutputBuses,
+    /// Gains of a signal without position in the first two channels: of the energy of two ears.
+    bed_gains: [f32; 2],
+    /// Frames until a fading stage is silent.
+    fade_left: u32,
+}
+
+impl OutputStage {
+    /// A silent stage for generators of these settings, in their layout.
+    ///
+    /// Errors: [`Error::Setting`](crate::Error::Setting) for a layout with more channels than the output, or an HRTF set of binaural sound with a
+    /// different sample rate.
+    pub(crate) fn new(settings: &GeneratorSettings, hrtf: &Hrtf) -> Result<Self> {
+        let (layout, channels) = (settings.layout, settings.output_channels());
+        layout.check_channels(channels)?;
+        if layout == Layout::Binaural {
+            hrtf.check_rate(settings.rate_hz)?;
+            let buses = OutputBuses::binaural(hrtf);
+            return Ok(Self::with(settings, Arc::clone(hrtf.table()), buses));
+        }
+        let table = DirectionTable::of_layout(layout, channels);
+        let used = match layout {
+            Layout::Mono => channels.min(2),
+            _ => layout.channels(),
+        };
+        let buses = OutputBuses::of_channels(used);
+        Ok(Self::with(settings, Arc::new(table), buses))
+    }
+
+    fn with(settings: &GeneratorSettings, table: Arc<DirectionTable>, buses: OutputBuses) -> Self {
+        let fine_voices = settings.fine_voices.min(settings.max_voices);
+        Self {
+            voices: VoiceSet::new(settings.max_voices, fine_voices, &table),
+            far_field: settings.late.then(|| FarField::new(&table)),
+            table,
+            buses,
+            bed_gains: match (
+                settings.layout.ambisonics_order(),
+                settings.output_channels(),
+            ) {
+                (Some(_), _) | (None, 1) => [SQRT_2, 0.0],
+                _ => [1.0; 2],
+            },
+            fade_left: 0,
+        }
+    }
+
+    /// Gains of a signal without position in the first two channels.
+    pub(crate) fn bed_gains(&self) -> [f32; 2] {
+        self.bed_gains
+    }
+
+    /// Begins at the next frame in place of another stage that fades out.
+    pub(crate) fn start_silent(&mut self) {
+        if let Some(far_field) = &mut self.far_field {
+            far_field.start_silent();
+        }
+    }
+
+    /// Ramps the plane waves to a listener orientation.
+    pub(crate) fn set_orientation(&mut self, to_head: Quat, left: u32, ramp: u32) {
+        if let Some(far_field) = &mut self.far_field {
+            far_field.set_orientation(&self.table, to_head, left, ramp);
+        }
+    }
+
+    /// Fades all voices and waves out within the context's ramp.
+    pub(crate) fn fade(&mut self, owners: &[SlotOwner], context: &RenderContext) {
+        self.voices.discard_paths();
+        self.voices.set_paths(&[], owners, context);
+        if let Some(far_field) = &mut self.far_field {
+            far_field.fade(context.left, context.ramp);
+        }
+        let tail = self.voices.tail_frames() + self.buses.tail_frames();
+        self.fade_left = context.ramp + tail as u32;
+    }
+
+    /// Whether the stage has faded out and is silent.
+    pub(crate) fn is_over(&self) -> bool {
+        self.fade_left == 0
+    }
+
+    /// Adds a chunk of the voices and of the plane waves to the buses.
+    pub(crate) fn add_voices(&mut self, lines: &[DelayLine], chunk: ChunkSpan) {
+        self.voices.render(lines, chunk, &mut self.buses);
+    }
+
+    /// Adds a chunk of the plane waves to the buses; `None` is silence.
+    pub(crate) fn add_waves(&mut self, chunk: ChunkSpan, waves: Option<&Rows>) {
+        if let Some(far_field) = &mut self.far_field {
+            far_field.render(chunk.left, chunk.frames, &mut self.buses, waves);
+        }
+    }
+
+    /// Adds the chunk's sound to interleaved frames of `channels` channels.
+    pub(crate) fn finish(&mut self, output: &mut [f32], channels: usize) {
+        self.buses.finish(output, channels);
+        let frames = (output.len() / channels) as u32;
+        self.fade_left = self.fade_left.saturating_sub(frames);
+    }
+}
