@@ -94,12 +94,12 @@ const TABLE: [(&str, &str); 41] = [
     ),
     (
         "runtime::engine",
-        "acoustics error extrapolation extrapolation::geometric generation generation::binaural propagation propagation::propagator runtime::budget runtime::handover runtime::phone runtime::pipeline runtime::threads runtime::trace scene scene::committed scene::materials",
+        "acoustics error extrapolation extrapolation::geometric generation generation::binaural generation::panning propagation propagation::propagator runtime::budget runtime::handover runtime::phone runtime::pipeline runtime::threads runtime::trace scene scene::committed scene::materials",
     ),
     ("runtime::handover", ""),
     (
         "runtime::offline",
-        "error extrapolation extrapolation::geometric generation generation::binaural propagation propagation::propagator runtime::pipeline runtime::threads scene scene::committed",
+        "error extrapolation extrapolation::geometric generation generation::binaural generation::panning propagation propagation::propagator runtime::pipeline runtime::threads scene scene::committed",
     ),
     (
         "runtime::pipeline",
@@ -110,7 +110,7 @@ const TABLE: [(&str, &str); 41] = [
     ("runtime::trace", "runtime::threads"),
     (
         "bridge",
-        "acoustics error extrapolation extrapolation::geometric generation::binaural output propagation runtime runtime::budget runtime::device runtime::engine runtime::handover runtime::threads scene scene::committed scene::io scene::materials",
+        "acoustics error extrapolation extrapolation::geometric generation::binaural generation::panning output propagation runtime runtime::budget runtime::device runtime::engine runtime::handover runtime::threads scene scene::committed scene::io scene::materials",
     ),
     ("bridge::capi", "bridge scene"),
 ];

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use foresound::extrapolation::{FramePath, FramePaths, LATE_GROUPS, LateGroup, LateSend};
+use foresound::extrapolation::{FramePath, FramePaths, LATE_GROUPS, LateGroup, LateSend, PathKind};
 use foresound::generation::{Generator, GeneratorSettings, Hrtf, Layout};
 use foresound::propagation::PathId;
 use foresound::runtime::{EngineSchedule, EngineSettings, VirtualClock, VirtualEngine};
@@ -33,6 +33,8 @@ fn everywhere(early: f32, late: f32) -> FramePaths {
         amplitude: [early; 8],
         // No two pairs of paths are equally far apart.
         delay_s: 0.01 + 0.003_1 * n as f64 + 1e-5 * (n * n) as f64,
+        air_delay_s: 0.0,
+        kind: PathKind::Reflected,
         arrival: direction(n, PATHS),
         departure: Vec3::ZERO,
     };
@@ -171,6 +173,8 @@ fn ambisonics_channels_are_the_harmonics_of_the_direction() {
         order: 0,
         amplitude: [1.0; 8],
         delay_s: 0.01,
+        air_delay_s: 0.0,
+        kind: PathKind::Direct,
         // Ahead of a listener who faces +x.
         arrival: Vec3::X,
         departure: Vec3::ZERO,

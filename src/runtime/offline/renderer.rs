@@ -195,6 +195,7 @@ impl OfflineRenderer {
         }
         let generation = GeneratorSettings {
             layout,
+            channels: Some(self.settings.generation.output_channels()),
             ..self.settings.generation.clone()
         };
         let stage = OutputStage::new(&generation, hrtf)?;

@@ -104,6 +104,11 @@ fn offline(errors: &mut Errors) {
             latency: foresound::runtime::Latency::default(),
         };
     });
+    let mut renderer = OfflineRenderer::new(committed(&room()), hrtf(), good).expect("settings");
+    let first = renderer.set_output(Layout::Stereo, &hrtf());
+    first.expect("two channels");
+    let second = renderer.set_output(Layout::Mono, &hrtf());
+    errors.of("a second output", second);
 }
 
 fn at_work(errors: &mut Errors) {

@@ -34,6 +34,7 @@ impl Controller {
     pub fn set_layout(&mut self, layout: Layout) -> Result<()> {
         let generation = GeneratorSettings {
             layout,
+            channels: Some(self.settings.generation.output_channels()),
             ..self.settings.generation.clone()
         };
         let hrtf = self.settings.hrtf_of(layout)?;
