@@ -70,6 +70,8 @@
 #define FORESOUND_SOURCE_NUMBERS_INIT {sizeof(ForesoundSourceNumbers), 0u, 0.0f, 0.0f, {0.0f, 0.0f, 0.0f, 0.0f, \
     0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, \
     0.0f, 0.0f}}
+#define FORESOUND_PLAY_OPTIONS_INIT {sizeof(ForesoundPlayOptions), 0u, 0u, 0u, 0u, 0u}
+#define FORESOUND_PLAYBACK_INIT {sizeof(ForesoundPlayback), FORESOUND_PLAYBACK_STATE_IDLE, 0u, 0u}
 #define FORESOUND_RENDER_INFO_INIT {sizeof(ForesoundRenderInfo), 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u}
 #define FORESOUND_OUTPUT_INFO_INIT {sizeof(ForesoundOutputInfo), 0u, 0u, 0u, 0u, 0u, 0u, \
     FORESOUND_DEVICE_API_OTHER, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u}
@@ -345,6 +347,31 @@ enum ForesoundDistanceCurve
 typedef enum ForesoundDistanceCurve ForesoundDistanceCurve;
 #else
 typedef uint32_t ForesoundDistanceCurve;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// State of a source's clip.
+enum ForesoundPlaybackState
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // No clip was played, or it was stopped.
+  FORESOUND_PLAYBACK_STATE_IDLE = 0,
+  // A clip waits for the audio thread, or for its start.
+  FORESOUND_PLAYBACK_STATE_SCHEDULED = 1,
+  // A clip plays.
+  FORESOUND_PLAYBACK_STATE_PLAYING = 2,
+  // A clip is paused.
+  FORESOUND_PLAYBACK_STATE_PAUSED = 3,
+  // A clip has played to its end.
+  FORESOUND_PLAYBACK_STATE_FINISHED = 4,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum ForesoundPlaybackState ForesoundPlaybackState;
+#else
+typedef uint32_t ForesoundPlaybackState;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -819,6 +846,34 @@ typedef struct ForesoundSourceOptions {
   uint32_t priority;
 } ForesoundSourceOptions;
 
+// How a clip plays. Begin with FORESOUND_PLAY_OPTIONS_INIT or foresound_play_options_default, then change fields.
+typedef struct ForesoundPlayOptions {
+  // Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
+  uint32_t size;
+  // 1: the clip repeats; 0: it plays once.
+  uint32_t looped;
+  // Audio frame of the clip at which its loop starts.
+  uint32_t loop_start;
+  // Audio frame of the clip at which its loop ends, excluded; 0: the clip's end.
+  uint32_t loop_end;
+  // Audio frame of the clip to start from.
+  uint64_t first_frame;
+  // Audio frame of the engine at which it starts (ForesoundPlayback); earlier ones start at once.
+  uint64_t start_at;
+} ForesoundPlayOptions;
+
+// State and position of a source's clip.
+typedef struct ForesoundPlayback {
+  // Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
+  uint32_t size;
+  // The state.
+  ForesoundPlaybackState state;
+  // Position in the clip in audio frames.
+  uint64_t frame;
+  // Audio frames that the engine has rendered: the clock of `start_at`.
+  uint64_t engine_frame;
+} ForesoundPlayback;
+
 // A path as a polyline from source to listener. An element of an array, whose element size foresound_engine_paths takes.
 typedef struct ForesoundShownPath {
   // Id of the source.
@@ -1080,6 +1135,48 @@ FORESOUND_API ForesoundStatus foresound_source_mute(uint64_t engine, uint32_t so
 // thread.
 FORESOUND_API ForesoundStatus foresound_source_play(uint64_t engine, uint32_t source, uint64_t clip, uint32_t looped);
 
+// Writes the default options; `size` is set before. Any thread.
+FORESOUND_API ForesoundStatus foresound_play_options_default(struct ForesoundPlayOptions *options);
+
+// Plays a clip with loop points, from a frame of it, at a frame of the engine. A pause of the source ends; its pitch
+// stays. `options`: null for the defaults. The clip's handle may be closed afterwards. Control thread.
+FORESOUND_API
+ForesoundStatus foresound_source_play_clip(uint64_t engine,
+                                           uint32_t source,
+                                           uint64_t clip,
+                                           const struct ForesoundPlayOptions *options);
+
+// Plays a clip once at a position in metres and forgets it: its source is removed when the clip has ended and its
+// last path has arrived. `source` receives its id. `play` and `options`: null for the defaults. Control thread.
+FORESOUND_API
+ForesoundStatus foresound_engine_play_once(uint64_t engine,
+                                           uint64_t clip,
+                                           float x_m,
+                                           float y_m,
+                                           float z_m,
+                                           const struct ForesoundPlayOptions *play,
+                                           const struct ForesoundSourceOptions *options,
+                                           uint32_t *source);
+
+// Writes state and position of a source's clip, as of the last block; of a stream idle. Control thread.
+FORESOUND_API
+ForesoundStatus foresound_source_playback(uint64_t engine,
+                                          uint32_t source,
+                                          struct ForesoundPlayback *playback);
+
+// Pauses (1) or continues (0) a source's clip from the next tick on; fades within 6 ms. Control thread.
+FORESOUND_API ForesoundStatus foresound_source_pause(uint64_t engine, uint32_t source, uint32_t paused);
+
+// Continues a source's clip at another audio frame of it from the next tick on, with a cross-fade. Control thread.
+FORESOUND_API ForesoundStatus foresound_source_seek(uint64_t engine, uint32_t source, uint32_t frame);
+
+// Sets the speed of a source's clips, 0.125 to 4, from the next tick on: 2 is an octave up. The pitch glides.
+// Control thread.
+FORESOUND_API ForesoundStatus foresound_source_set_pitch(uint64_t engine, uint32_t source, float pitch);
+
+// Ramps a source's linear gain to 0 to 1000 within 0 to 3600 seconds from the next tick on. Control thread.
+FORESOUND_API ForesoundStatus foresound_source_fade_gain(uint64_t engine, uint32_t source, float gain, float seconds);
+
 // Silences a source and releases its clip or stream. Control thread.
 FORESOUND_API ForesoundStatus foresound_source_stop(uint64_t engine, uint32_t source);
 
@@ -1107,6 +1204,22 @@ ForesoundStatus foresound_clip_from_wav(const uint8_t *bytes,
                                         size_t count,
                                         uint32_t engine_rate_hz,
                                         uint64_t *clip);
+
+// Makes a clip of two channels, interleaved samples, left first; else as foresound_clip_from_samples. A source with a
+// position plays their mean, a 2D source both. Control thread.
+FORESOUND_API
+ForesoundStatus foresound_clip_from_stereo(const float *samples,
+                                           size_t count,
+                                           uint32_t rate_hz,
+                                           uint32_t engine_rate_hz,
+                                           uint64_t *clip);
+
+// Makes a clip of the first two channels of a WAV file; else as foresound_clip_from_wav. Control thread.
+FORESOUND_API
+ForesoundStatus foresound_clip_from_stereo_wav(const uint8_t *bytes,
+                                               size_t count,
+                                               uint32_t engine_rate_hz,
+                                               uint64_t *clip);
 
 // Version of this interface: 65,536 x major + 256 x minor + patch. Another major number than
 // FORESOUND_API_VERSION's is incompatible, and foresound_engine_create refuses it. Any thread.

@@ -8,6 +8,7 @@ use std::thread;
 
 use foresound::bridge::engine::{self, ENGINES, PropagationOptions};
 use foresound::bridge::enumeration::{self, Schedule};
+use foresound::bridge::playback::{self, PlayOptions};
 use foresound::bridge::sound::{RENDERERS, STREAMS, render, write_stream};
 use foresound::bridge::{CallError, Options, Pose, Status, VERSION, clip, scenes};
 use foresound::generation::{GeneratorSettings, Hrtf};
@@ -90,8 +91,12 @@ fn call(engine: u64, state: &mut u64, sources: &mut Vec<u32>) -> Result<(), Stat
             sources.retain(|other| *other != source);
             with(&mut |s| s.remove_source(source))
         }
-        2 => clip::from_samples(&hum(), 16_000, 16_000).and_then(|clip| {
-            let played = engine::play(engine, source, clip, true);
+        2 => clip::from_samples(&hum(), 1, 16_000, 16_000).and_then(|clip| {
+            let options = PlayOptions {
+                looped: 1,
+                ..PlayOptions::default()
+            };
+            let played = playback::play(engine, source, clip, &options);
             drop(clip::CLIPS.remove(clip));
             played
         }),

@@ -74,6 +74,15 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
             for (n in 0 until 1600) loudest = maxOf(loudest, Math.abs(buffer.getFloat(4 * n)))
         }
         check(loudest > 1e-3f) { "silent: $loudest" }
+        check(voice.playback().state == PlaybackState.PLAYING && voice.playback().engineFrame == 24_000L) { "${voice.playback().engineFrame}" }
+        refuses<IllegalArgumentException> { voice.setPitch(9f) }
+        refuses<IllegalArgumentException> { voice.fadeGain(1f, -1f) }
+        Clip.loadStereoSamples(FloatArray(2000) { 0.1f }, 48_000, 48_000).use { short ->
+            refuses<IllegalArgumentException> { voice.play(short, PlayOptions(looped = true, loopStart = 5, loopEnd = 5)) }
+            refuses<IllegalArgumentException> { voice.play(short, PlayOptions(firstFrame = 1001)) }
+            engine.playOnce(short, 5f, 1.5f, 3f)
+        }
+        voice.fadeGain(0.8f, 0.1f)
         check(engine.takeNumbers() >= 28)
         val numbers = voice.numbers()
         val arrivals = voice.paths()

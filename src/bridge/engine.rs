@@ -3,7 +3,6 @@
 //! Any control thread; calls on one engine wait for each other.
 
 use super::VERSION;
-use super::clip::CLIPS;
 use super::enumeration::{DistanceCurve, Effect, Predictor, Schedule};
 use super::error::{CallError, Status};
 use super::handles::{HandleTable, Kind};
@@ -143,7 +142,7 @@ impl DistanceCurve {
 }
 
 impl SourceOptions {
-    fn settings(&self) -> Result<SourceSettings, CallError> {
+    pub(super) fn settings(&self) -> Result<SourceSettings, CallError> {
         let out_of_range =
             |name, value: f32, range| CallError::bad(format!("{name}: {value} is outside {range}"));
         if self.effects > Effect::All.0 {
@@ -459,24 +458,6 @@ impl EngineControl {
 pub fn set_scene(engine: u64, scene: u64) -> Result<(), CallError> {
     let scene = SCENES.with(scene, |scene| Ok(scene.clone()))?;
     ENGINES.with(engine, |engine| Ok(engine.controller.set_scene(scene)?))
-}
-
-/// Plays a clip from its beginning. The clip's handle may be closed afterwards.
-///
-/// # Errors
-/// Those of the handles; `Status::StaleSource`; `Status::BadArgument` for a clip at another rate.
-pub fn play(engine: u64, source: u32, clip: u64, looped: bool) -> Result<(), CallError> {
-    let (samples, rate_hz) = CLIPS.with(clip, |clip| Ok((clip.samples.clone(), clip.rate_hz)))?;
-    ENGINES.with(engine, |engine| {
-        let wanted_hz = engine.controller.settings().generation.rate_hz;
-        if rate_hz != wanted_hz {
-            let text = format!(
-                "the clip is at {rate_hz} Hz and the engine at {wanted_hz} Hz; make it for the engine's rate"
-            );
-            return Err(CallError::bad(text));
-        }
-        Ok(engine.controller.play(source_id(source), samples, looped)?)
-    })
 }
 
 /// Attaches a stream to a source; returns the handle of its writing end.

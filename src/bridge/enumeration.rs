@@ -215,6 +215,22 @@ enumeration! {
 }
 
 enumeration! {
+    /// State of a source's clip.
+    pub enum PlaybackState: u32 {
+        /// No clip was played, or it was stopped.
+        Idle = 0,
+        /// A clip waits for the audio thread, or for its start.
+        Scheduled = 1,
+        /// A clip plays.
+        Playing = 2,
+        /// A clip is paused.
+        Paused = 3,
+        /// A clip has played to its end.
+        Finished = 4,
+    }
+}
+
+enumeration! {
     /// Exchange with a phone's system, bits to be added.
     pub enum DeviceHint: u32 {
         /// None.

@@ -8,12 +8,12 @@
 //! `unsafe fn` marks C functions with pointers. `name[count]: Kind` is a C array with its length, and one array in Java. A
 //! result is stored through a last pointer in C, and returned in Java.
 
-use super::enumeration::Enumeration;
 #[cfg(any(feature = "capi", feature = "jni"))]
 use super::error::CallError;
-use super::record::{Growing, Record};
 
 pub use super::kind::*;
+#[cfg(feature = "testing")]
+pub use super::structures::*;
 
 /// Passes the functions common to C and Java to a macro.
 macro_rules! shared_functions {
@@ -250,7 +250,62 @@ macro_rules! shared_functions {
             /// Plays a clip from its beginning, once (0) or in a loop (1). The clip's handle may be closed afterwards. Control
             /// thread.
             safe fn foresound_source_play(engine: Handle, source: Id, clip: Handle, looped: Flag) {
-                engine::play(engine, source, clip, looped)
+                let options = PlayOptions { looped: looped.into(), ..PlayOptions::default() };
+                playback::play(engine, source, clip, &options)
+            }
+
+            /// Writes the default options; `size` is set before. Any thread.
+            unsafe fn foresound_play_options_default(options: Out<PlayOptions>) {
+                options.store(PlayOptions::default())
+            }
+
+            /// Plays a clip with loop points, from a frame of it, at a frame of the engine. A pause of the source ends; its pitch
+            /// stays. `options`: null for the defaults. The clip's handle may be closed afterwards. Control thread.
+            unsafe fn foresound_source_play_clip(engine: Handle, source: Id, clip: Handle, options: In<PlayOptions>) {
+                playback::play(engine, source, clip, &options)
+            }
+
+            /// Plays a clip once at a position in metres and forgets it: its source is removed when the clip has ended and its
+            /// last path has arrived. `source` receives its id. `play` and `options`: null for the defaults. Control thread.
+            unsafe fn foresound_engine_play_once(
+                engine: Handle, clip: Handle, x_m: Real, y_m: Real, z_m: Real, play: In<PlayOptions>,
+                options: In<SourceOptions>
+            ) -> source: Id {
+                playback::play_once(engine, clip, [x_m, y_m, z_m], &play, &options)
+            }
+
+            /// Writes state and position of a source's clip, as of the last block; of a stream idle. Control thread.
+            unsafe fn foresound_source_playback(engine: Handle, source: Id, playback: Out<Playback>) {
+                playback.store(ENGINES.with(engine, |engine| engine.playback(source))?)
+            }
+
+            /// Pauses (1) or continues (0) a source's clip from the next tick on; fades within 6 ms. Control thread.
+            safe fn foresound_source_pause(engine: Handle, source: Id, paused: Flag) {
+                ENGINES.with(engine, |engine| {
+                    Ok(engine.controller().pause_source(source_id(source), paused)?)
+                })
+            }
+
+            /// Continues a source's clip at another audio frame of it from the next tick on, with a cross-fade. Control thread.
+            safe fn foresound_source_seek(engine: Handle, source: Id, frame: Count) {
+                ENGINES.with(engine, |engine| {
+                    Ok(engine.controller().seek_source(source_id(source), frame.into())?)
+                })
+            }
+
+            /// Sets the speed of a source's clips, 0.125 to 4, from the next tick on: 2 is an octave up. The pitch glides.
+            /// Control thread.
+            safe fn foresound_source_set_pitch(engine: Handle, source: Id, pitch: Real) {
+                ENGINES.with(engine, |engine| {
+                    Ok(engine.controller().set_source_pitch(source_id(source), pitch)?)
+                })
+            }
+
+            /// Ramps a source's linear gain to 0 to 1000 within 0 to 3600 seconds from the next tick on. Control thread.
+            safe fn foresound_source_fade_gain(engine: Handle, source: Id, gain: Real, seconds: Real) {
+                ENGINES.with(engine, |engine| {
+                    Ok(engine.controller().fade_source_gain(source_id(source), gain, seconds)?)
+                })
             }
 
             /// Silences a source and releases its clip or stream. Control thread.
@@ -269,13 +324,26 @@ macro_rules! shared_functions {
             unsafe fn foresound_clip_from_samples(
                 samples[count]: Samples, rate_hz: Count, engine_rate_hz: Count
             ) -> clip: Handle {
-                clip::from_samples(&samples, rate_hz, engine_rate_hz)
+                clip::from_samples(&samples, 1, rate_hz, engine_rate_hz)
             }
 
             /// Makes a clip of the bytes of a WAV file (PCM of 8 to 32 bits or float; channels are averaged) for engines at
             /// `engine_rate_hz`. Control thread.
             unsafe fn foresound_clip_from_wav(bytes[count]: Bytes, engine_rate_hz: Count) -> clip: Handle {
-                clip::from_wav(&bytes, engine_rate_hz)
+                clip::from_wav(&bytes, 1, engine_rate_hz)
+            }
+
+            /// Makes a clip of two channels, interleaved samples, left first; else as foresound_clip_from_samples. A source with a
+            /// position plays their mean, a 2D source both. Control thread.
+            unsafe fn foresound_clip_from_stereo(
+                samples[count]: Samples, rate_hz: Count, engine_rate_hz: Count
+            ) -> clip: Handle {
+                clip::from_samples(&samples, 2, rate_hz, engine_rate_hz)
+            }
+
+            /// Makes a clip of the first two channels of a WAV file; else as foresound_clip_from_wav. Control thread.
+            unsafe fn foresound_clip_from_stereo_wav(bytes[count]: Bytes, engine_rate_hz: Count) -> clip: Handle {
+                clip::from_wav(&bytes, 2, engine_rate_hz)
             }
         }
     };
@@ -460,107 +528,9 @@ pub fn functions() -> [Vec<Function>; 2] {
     use super::enumeration::{Layout, Predictor, Schedule};
     use super::health::{BudgetOptions, EngineHealth};
     use super::numbers::SourceNumbers;
+    use super::playback::{PlayOptions, Playback};
     use super::scenes::{SceneInfo, SceneOptions};
     use super::sound::OutputInfo;
     use super::{EngineStatistics, Options};
     [shared_functions!(describe), java_functions!(describe)]
-}
-
-/// A structure of the interface.
-#[cfg(feature = "testing")]
-pub struct Structure {
-    /// Its name.
-    pub name: &'static str,
-    /// Its declaration in Rust.
-    pub source: &'static str,
-    /// Length of its list.
-    pub length: usize,
-    /// Its fields and their indices in the list.
-    pub fields: Vec<(&'static str, usize)>,
-    /// Bytes up to the end of each field, the size included.
-    pub ends: &'static [usize],
-    /// Bytes to which sizes are multiples.
-    pub alignment: usize,
-    /// The initial values as an initialiser in C, of a structure that begins with its size.
-    pub initializer: Option<String>,
-}
-
-/// An enumeration of the interface.
-#[cfg(feature = "testing")]
-pub struct EnumerationInfo {
-    /// Its name.
-    pub name: &'static str,
-    /// Its declaration in Rust.
-    pub source: &'static str,
-    /// Names and values of its members.
-    pub members: &'static [(&'static str, i64)],
-}
-
-/// The enumerations of the interface.
-#[cfg(feature = "testing")]
-pub fn enumerations() -> Vec<EnumerationInfo> {
-    use super::enumeration as e;
-    fn of<T: Enumeration>() -> EnumerationInfo {
-        EnumerationInfo {
-            name: T::NAME,
-            source: T::SOURCE,
-            members: T::MEMBERS,
-        }
-    }
-    vec![
-        of::<e::Schedule>(),
-        of::<e::Predictor>(),
-        of::<e::Affinity>(),
-        of::<e::Hrtf>(),
-        of::<e::Layout>(),
-        of::<e::Effect>(),
-        of::<e::DistanceCurve>(),
-        of::<e::PathKind>(),
-        of::<e::DeviceHint>(),
-        of::<e::HintedThread>(),
-        of::<e::EngineState>(),
-        of::<e::ThermalStatus>(),
-        of::<e::UpAxis>(),
-        of::<e::DeviceApi>(),
-        of::<e::LogLevel>(),
-    ]
-}
-
-/// The structures of the interface.
-#[cfg(feature = "testing")]
-pub fn structures() -> Vec<Structure> {
-    use super::{engine, health, numbers, options, scenes, shown_paths, sound, statistics};
-    fn part<T: Record>() -> Structure {
-        Structure {
-            name: T::NAME,
-            source: T::SOURCE,
-            length: T::ELEMENTS,
-            fields: T::fields(),
-            ends: T::ENDS,
-            alignment: align_of::<T>(),
-            initializer: None,
-        }
-    }
-    fn of<T: Growing>() -> Structure {
-        Structure {
-            initializer: Some(T::default().initializer()),
-            ..part::<T>()
-        }
-    }
-    vec![
-        of::<options::Options>(),
-        of::<engine::SourceOptions>(),
-        of::<engine::PropagationOptions>(),
-        of::<scenes::SceneOptions>(),
-        of::<health::BudgetOptions>(),
-        of::<scenes::SceneInfo>(),
-        part::<statistics::Percentiles>(),
-        of::<statistics::EngineStatistics>(),
-        of::<health::EngineHealth>(),
-        part::<shown_paths::ShownPath>(),
-        part::<numbers::SourcePath>(),
-        of::<numbers::SourceNumbers>(),
-        of::<sound::RenderInfo>(),
-        of::<sound::OutputInfo>(),
-    ]
 }

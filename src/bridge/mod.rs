@@ -20,6 +20,7 @@ mod kind;
 pub mod logging;
 pub mod numbers;
 pub mod options;
+pub mod playback;
 pub mod pose;
 pub mod progress;
 pub mod record;
@@ -28,6 +29,8 @@ pub mod scenes;
 pub mod shown_paths;
 pub mod sound;
 pub mod statistics;
+#[cfg(feature = "testing")]
+mod structures;
 
 #[cfg(feature = "capi")]
 pub mod capi;

@@ -98,7 +98,7 @@ pub struct Generator {
     clean: [Vec<f32>; SIGNALS],
     bands: [Vec<F32x8>; SIGNALS],
     /// Gains of a signal without position in the first two channels.
-    bed_gains: [f32; 2],
+    bed_gains: [[f32; 2]; 2],
     report: BlockReport,
 }
 
@@ -316,15 +316,15 @@ impl Generator {
     /// Real-time: no allocation; time grows with frames, active sources and voices. Sources with an empty delay line and a
     /// decayed late reverb are skipped.
     pub fn render(&mut self, inputs: &[&[f32]], output: &mut [f32]) -> BlockReport {
-        self.render_with_bed(inputs, &[], output)
+        self.render_with_bed(inputs, [&[]; 2], output)
     }
 
-    /// [`Self::render`] with a mono signal that is heard as it is, without a position, in front of the limiter: from the first
-    /// two channels, or the omnidirectional one of Ambisonics.
+    /// [`Self::render`] with a signal that is heard as it is, without a position, in front of the limiter: the mean of left and
+    /// right, and half their difference. Either may be empty.
     pub fn render_with_bed(
         &mut self,
         inputs: &[&[f32]],
-        bed: &[f32],
+        bed: [&[f32]; 2],
         output: &mut [f32],
     ) -> BlockReport {
         let channels = self.channels;
@@ -355,15 +355,17 @@ impl Generator {
     }
 
     /// Adds a signal without position; its gains glide where the layout has changed.
-    fn add_bed(&mut self, bed: &[f32], output: &mut [f32]) {
+    fn add_bed(&mut self, bed: [&[f32]; 2], output: &mut [f32]) {
         const STEP: f32 = 1.0 / CHUNK as f32;
         let targets = self.stage.bed_gains();
-        for (frame, sample) in output.chunks_exact_mut(self.channels).zip(bed) {
-            let gains = self.bed_gains.iter_mut().zip(targets);
-            for (value, (gain, target)) in frame.iter_mut().zip(gains) {
-                *gain += (target - *gain).clamp(-STEP, STEP);
-                if sample.abs() < MAX_SAMPLE {
-                    *value += *gain * sample;
+        for (signal, (gains, targets)) in bed.iter().zip(self.bed_gains.iter_mut().zip(targets)) {
+            for (frame, sample) in output.chunks_exact_mut(self.channels).zip(*signal) {
+                let gains = gains.iter_mut().zip(targets);
+                for (value, (gain, target)) in frame.iter_mut().zip(gains) {
+                    *gain += (target - *gain).clamp(-STEP, STEP);
+                    if sample.abs() < MAX_SAMPLE {
+                        *value += *gain * sample;
+                    }
                 }
             }
         }

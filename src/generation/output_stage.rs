@@ -28,8 +28,8 @@ pub(crate) struct OutputStage {
     pub(crate) voices: VoiceSet,
     far_field: Option<FarField>,
     buses: OutputBuses,
-    /// Gains of a signal without position in the first two channels: of the energy of two ears.
-    bed_gains: [f32; 2],
+    /// Gains of a signal without position in the first two channels, of its middle and its side: of the energy of two ears.
+    bed_gains: [[f32; 2]; 2],
     /// Frames until a fading stage is silent.
     fade_left: u32,
 }
@@ -67,15 +67,18 @@ impl OutputStage {
                 settings.layout.ambisonics_order(),
                 settings.output_channels(),
             ) {
-                (Some(_), _) | (None, 1) => [SQRT_2, 0.0],
-                _ => [1.0; 2],
+                // Left and right at 90 degrees.
+                (Some(_), _) => [[SQRT_2, 0.0], [0.0, SQRT_2]],
+                (None, 1) => [[SQRT_2, 0.0], [0.0; 2]],
+                _ if settings.layout == Layout::Mono => [[1.0; 2], [0.0; 2]],
+                _ => [[1.0; 2], [1.0, -1.0]],
             },
             fade_left: 0,
         }
     }
 
-    /// Gains of a signal without position in the first two channels.
-    pub(crate) fn bed_gains(&self) -> [f32; 2] {
+    /// Gains of a signal without position in the first two channels, of its middle and its side.
+    pub(crate) fn bed_gains(&self) -> [[f32; 2]; 2] {
         self.bed_gains
     }
 

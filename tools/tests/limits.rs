@@ -196,7 +196,7 @@ fn converting_a_sound_takes_the_memory_of_both_rates() {
         let file = [wav_header_at(from_hz, 2 * count as u32), samples].concat();
         let expected = converted_bytes(from_hz, to_hz, count);
         // The table of the kernel, the handle.
-        let (result, used) = peak_bytes_of(|| clip::from_wav(&file, to_hz));
+        let (result, used) = peak_bytes_of(|| clip::from_wav(&file, 1, to_hz));
         let handle = result.expect("is a sound");
         assert!(used < expected + (1 << 21), "{used} of {expected} bytes");
         foresound::bridge::close(handle).expect("is open");
@@ -219,7 +219,7 @@ fn sound_that_its_conversion_would_blow_up_is_refused() {
         let (result, used) = peak_bytes_of(|| load_clip(&path, 48_000));
         refused(result, &format!("{} samples at 48000 Hz", 24 * bytes));
         assert!(used < 1 << 16, "{used} bytes");
-        let (result, used) = peak_bytes_of(|| clip::from_wav(&file, 48_000));
+        let (result, used) = peak_bytes_of(|| clip::from_wav(&file, 1, 48_000));
         let text = result.expect_err("too long").to_string();
         assert!(text.contains(&format!("{} samples", 24 * bytes)), "{text}");
         assert!(used < 1 << 16, "{used} bytes");

@@ -22,10 +22,11 @@ use super::interface::{
     PoseIn, Real, Samples, Size, Text, result, shared_functions,
 };
 use super::numbers::SourceNumbers;
+use super::playback::{PlayOptions, Playback};
 use super::pose::source_id;
 use super::scenes::{SceneInfo, SceneOptions};
 use super::sound::OutputInfo;
-use super::{EngineStatistics, Options, clip, instances, progress, scenes, sound};
+use super::{EngineStatistics, Options, clip, instances, playback, progress, scenes, sound};
 use memory::{FromC, Returned, store};
 
 thread_local! {

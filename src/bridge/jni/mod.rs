@@ -27,12 +27,15 @@ use super::interface::{
     java_functions, result, shared_functions,
 };
 use super::numbers::{SourceNumbers, SourcePath};
+use super::playback::{PlayOptions, Playback};
 use super::pose::{POSE_BYTES, Pose, source_id};
 use super::record::Field;
 use super::scenes::{SceneInfo, SceneOptions};
 use super::shown_paths::ShownPath;
 use super::sound::OutputInfo;
-use super::{EngineStatistics, Options, VERSION, clip, instances, progress, scenes, sound};
+use super::{
+    EngineStatistics, Options, VERSION, clip, instances, playback, progress, scenes, sound,
+};
 use crate::scene::TriangleMesh;
 use memory::{FromJava, Returned};
 use throw::Throw;

@@ -12,6 +12,7 @@ use crate::runtime::budget::Budget;
 use crate::runtime::pipeline::pose_history::PoseHistory;
 use crate::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
 
+use crate::runtime::engine::playback::PlayState;
 use crate::runtime::engine::sample_source::SampleSource;
 
 /// No slot: the source is inaudible.
@@ -28,6 +29,9 @@ pub(super) struct SourceRoute {
     /// The generator's slot, [`BED`] or [`NO_SLOT`].
     pub(super) slot: u16,
     pub(super) gain: f32,
+    /// Seconds in which the gain is reached; 0 for at once.
+    pub(super) ramp_s: f32,
+    pub(super) play: PlayState,
 }
 
 /// One graphics frame for the renderer, with all sources that exist; only the newest is used.

@@ -6,6 +6,7 @@
 
 use super::messages::{BED, NO_SLOT, SampleSourceChange, SourceRoute};
 use super::smooth_gain::{CrossFade, SmoothedGain, mix_into};
+use crate::runtime::engine::playback::PlayState;
 use crate::runtime::engine::release_tails::{RELEASE_FRAMES, ReleaseTails};
 use crate::runtime::engine::sample_source::SampleSource;
 use crate::scene::SourceId;
@@ -25,7 +26,11 @@ struct MixerSource {
     current: Option<SourceId>,
     is_present: bool,
     gain: SmoothedGain,
+    /// Gain of the newest frame, the one reached so far, and seconds left until it is reached.
     target_gain: f32,
+    ramped_gain: f32,
+    ramp_s: f32,
+    play: PlayState,
     slot: u16,
     /// Slot of the newest frame, entered when the fade out of the previous one has ended.
     next_slot: u16,
@@ -38,12 +43,12 @@ struct MixerSource {
 
 impl MixerSource {
     /// Adds a fade of the next samples to the slots of the source.
-    fn release(&mut self, tails: &mut ReleaseTails) {
+    fn release(&mut self, tails: &mut ReleaseTails, bed: usize, now: u64) {
         if !std::mem::take(&mut self.is_mixed) {
             return;
         }
-        let mut samples = [0.0; RELEASE_FRAMES];
-        self.samples.fill(&mut samples);
+        let (mut samples, mut side) = ([0.0; RELEASE_FRAMES], [0.0; RELEASE_FRAMES]);
+        let filled = self.samples.fill(&mut samples, &mut side, &self.play, now);
         let gain = |position: f32| {
             self.gain.value
                 * CrossFade {
@@ -52,8 +57,30 @@ impl MixerSource {
                 }
                 .gain(0)
         };
-        tails.add(self.slot, &samples, gain(self.fade));
-        tails.add(self.previous_slot, &samples, gain(self.previous_fade));
+        for (slot, fade) in [
+            (self.slot, self.fade),
+            (self.previous_slot, self.previous_fade),
+        ] {
+            tails.add(slot, &samples, gain(fade));
+            if filled.is_stereo && usize::from(slot) == bed {
+                tails.add(slot + 1, &side, gain(fade));
+            }
+        }
+    }
+
+    /// The gain to reach after a block.
+    fn advance_gain(&mut self, block_s: f32) -> f32 {
+        let share = if self.ramp_s > block_s {
+            block_s / self.ramp_s
+        } else {
+            1.0
+        };
+        self.ramped_gain += share * (self.target_gain - self.ramped_gain);
+        self.ramp_s = (self.ramp_s - block_s).max(0.0);
+        if self.ramp_s == 0.0 {
+            self.ramped_gain = self.target_gain;
+        }
+        self.ramped_gain
     }
 }
 
@@ -61,14 +88,17 @@ impl MixerSource {
 pub(super) struct Mixer {
     sources: Vec<MixerSource>,
     block: usize,
-    /// Slots of the generator; one more is the bed.
+    /// Slots of the generator; two more are the bed's middle and side.
     slots: usize,
+    /// Audio frames mixed.
+    now: u64,
     /// One block per slot.
     inputs: Vec<f32>,
     /// Whether a slot is not silent.
     active_slots: Vec<bool>,
     tails: ReleaseTails,
     scratch: Vec<f32>,
+    side: Vec<f32>,
     rate_hz: f32,
 }
 
@@ -78,10 +108,12 @@ impl Mixer {
             sources: (0..sources).map(|_| MixerSource::default()).collect(),
             block,
             slots,
-            inputs: vec![0.0; (slots + 1) * block],
-            active_slots: vec![false; slots + 1],
-            tails: ReleaseTails::new(slots + 1),
+            now: 0,
+            inputs: vec![0.0; (slots + 2) * block],
+            active_slots: vec![false; slots + 2],
+            tails: ReleaseTails::new(slots + 2),
             scratch: vec![0.0; block],
+            side: vec![0.0; block],
             rate_hz: rate_hz as f32,
         }
     }
@@ -90,7 +122,7 @@ impl Mixer {
     pub(super) fn replace(&mut self, change: SampleSourceChange) -> SampleSource {
         let mut old = change.source;
         if let Some(source) = self.sources.get_mut(change.id.slot()) {
-            source.release(&mut self.tails);
+            source.release(&mut self.tails, self.slots, self.now);
             std::mem::swap(&mut source.samples, &mut old);
             source.owner = Some(change.id);
         }
@@ -112,8 +144,9 @@ impl Mixer {
             };
             if source.current != Some(route.id) {
                 // A new source begins at its own gain, without a fade.
-                source.release(&mut self.tails);
+                source.release(&mut self.tails, self.slots, self.now);
                 source.gain = SmoothedGain::at(route.gain);
+                source.ramped_gain = route.gain;
                 (source.slot, source.fade) = (slot, 1.0);
                 source.previous_fade = 0.0;
             }
@@ -121,6 +154,8 @@ impl Mixer {
             source.current = Some(route.id);
             source.is_present = true;
             source.target_gain = route.gain;
+            source.ramp_s = route.ramp_s;
+            source.play = route.play;
         }
     }
 
@@ -132,20 +167,27 @@ impl Mixer {
             active_slots: sounds,
             tails,
             scratch,
+            side,
             rate_hz,
+            now,
+            slots: bed,
             ..
         } = self;
+        let (bed, at) = (*bed, *now);
+        *now += frames as u64;
+        let block_s = frames as f32 / *rate_hz;
         let slope = 1.0 / (CROSS_FADE_S * *rate_hz);
         let step = frames as f32 * slope;
-        let scratch = &mut scratch[..frames];
+        let (scratch, side) = (&mut scratch[..frames], &mut side[..frames]);
         let mut underrun = 0;
         sounds.fill(false);
         for source in sources {
             let plays = source.is_present
                 && source.owner == source.current
                 && !matches!(source.samples, SampleSource::Silence);
+            let target_gain = source.advance_gain(block_s);
             if !plays {
-                source.release(tails);
+                source.release(tails, bed, at);
                 continue;
             }
             if source.slot != source.next_slot && source.previous_fade == 0.0 {
@@ -155,21 +197,28 @@ impl Mixer {
             let is_audible = source.slot != NO_SLOT;
             source.is_mixed = is_audible || source.previous_fade > 0.0;
             if !source.is_mixed {
-                underrun += source.samples.skip(frames);
-                source.gain = SmoothedGain::at(source.target_gain);
+                underrun += source.samples.skip(frames, &source.play, at);
+                source.gain = SmoothedGain::at(target_gain);
                 continue;
             }
-            underrun += source.samples.fill(scratch);
+            let filled = source.samples.fill(scratch, side, &source.play, at);
+            underrun += filled.missing;
             let from = source.gain;
-            let to = from.after(frames, source.target_gain, *rate_hz);
-            let mut add = |slot: u16, fade: CrossFade| {
-                let slot = usize::from(slot);
+            let to = from.after(frames, target_gain, *rate_hz);
+            let mut add_to = |slot: usize, samples: &[f32], fade: CrossFade| {
                 if let Some(sounds) = sounds.get_mut(slot) {
                     let input = &mut inputs[slot * self.block..][..frames];
                     if !std::mem::replace(sounds, true) {
                         input.fill(0.0);
                     }
-                    mix_into(input, scratch, [from, to], fade);
+                    mix_into(input, samples, [from, to], fade);
+                }
+            };
+            let mut add = |slot: u16, fade: CrossFade| {
+                let slot = usize::from(slot);
+                add_to(slot, scratch, fade);
+                if filled.is_stereo && slot == bed {
+                    add_to(slot + 1, side, fade);
                 }
             };
             if source.previous_fade > 0.0 {
@@ -205,9 +254,9 @@ impl Mixer {
         self.slots
     }
 
-    /// The sources without a position, empty for silence.
-    pub(super) fn bed(&self, frames: usize) -> &[f32] {
-        self.input(self.slots, frames)
+    /// The sources without a position: middle and side, empty for silence.
+    pub(super) fn bed(&self, frames: usize) -> [&[f32]; 2] {
+        [0, 1].map(|n| self.input(self.slots + n, frames))
     }
 
     fn input(&self, slot: usize, frames: usize) -> &[f32] {

@@ -1,22 +1,35 @@
 //! Sources that start, end and change slots.
 
+use std::sync::Arc;
+
 use super::*;
+use crate::runtime::engine::clip_player::{Clip, ClipPlayer, Kernel};
+use crate::runtime::engine::playback::PlaybackCell;
 
 const BLOCK: usize = 64;
 
 fn route(index: u16, slot: u16, gain: f32) -> SourceRoute {
     let id = SourceId::new(index, 0);
-    SourceRoute { id, slot, gain }
+    SourceRoute {
+        id,
+        slot,
+        gain,
+        ramp_s: 0.0,
+        play: PlayState::default(),
+    }
+}
+
+fn clip(samples: Vec<f32>, is_looped: bool) -> SampleSource {
+    let looped = is_looped.then_some([0, samples.len()]);
+    let (cell, kernel) = (Arc::new(PlaybackCell::default()), Arc::new(Kernel::new()));
+    let player = ClipPlayer::new(Clip::mono(samples), looped, [0, 0], 1, cell, kernel);
+    SampleSource::Clip(Box::new(player))
 }
 
 fn mixer(sources: u16) -> Mixer {
     let mut mixer = Mixer::new(usize::from(sources), 2, BLOCK, 44_100);
     for index in 0..sources {
-        let feed = SampleSource::Clip {
-            samples: vec![1.0; 100].into(),
-            next: 0,
-            looped: true,
-        };
+        let feed = clip(vec![1.0; 100], true);
         let id = SourceId::new(index, 0);
         mixer.replace(SampleSourceChange { id, source: feed });
     }
@@ -57,10 +70,10 @@ fn sources_share_a_slot_and_inaudible_ones_advance() {
     let mut mixer = mixer(3);
     mixer.set_routes(&[route(0, 1, 0.5), route(1, 1, 0.25), route(2, NO_SLOT, 1.0)]);
     assert_eq!(mixed(&mut mixer), [0.0, 0.75]);
-    let SampleSource::Clip { next, .. } = &mixer.sources[2].samples else {
+    let SampleSource::Clip(player) = &mixer.sources[2].samples else {
         panic!("a clip");
     };
-    assert_eq!(*next, BLOCK);
+    assert_eq!(player.frame_position(), BLOCK as u64);
     mixer.set_routes(&[route(0, 1, 0.5)]);
     // The other source fades.
     let [_, first] = mixed(&mut mixer);
@@ -92,11 +105,7 @@ fn a_removed_sound_ends_without_a_step() {
             })),
             _ => drop(mixer.replace(SampleSourceChange {
                 id,
-                source: SampleSource::Clip {
-                    samples: vec![0.0; 100].into(),
-                    next: 0,
-                    looped: true,
-                },
+                source: clip(vec![0.0; 100], true),
             })),
         }
         let mut last = 0.5;
@@ -162,11 +171,7 @@ fn sounds_that_end_one_after_the_other_all_fade() {
     steepest(&mut mixer, &mut last, 1);
     let id = SourceId::new(0, 0);
     let rising: Vec<f32> = (0..640).map(|n| n as f32 / 640.0).collect();
-    let feed = SampleSource::Clip {
-        samples: rising.into(),
-        next: 0,
-        looped: false,
-    };
+    let feed = clip(rising, false);
     mixer.replace(SampleSourceChange { id, source: feed });
     let smooth = 1.52 / RELEASE_FRAMES as f32 + 1.0 / 640.0;
     assert!(steepest(&mut mixer, &mut last, 2) < smooth);

@@ -15,6 +15,7 @@
 
 mod audibility;
 mod block_pacing;
+mod clip_player;
 mod controller;
 mod frame_clock;
 mod frame_numbers;
@@ -22,6 +23,7 @@ mod histogram;
 mod messages;
 mod mixer;
 mod path_snapshot;
+mod playback;
 mod propagation_thread;
 mod release_tails;
 mod renderer;
@@ -44,9 +46,11 @@ use std::sync::Arc;
 pub use controller::{Controller, EngineState};
 
 pub use crate::runtime::engine::block_pacing::ramp_frames;
+pub use clip_player::Clip;
 pub use frame_numbers::{FrameNumbers, SourceNumbers};
 pub use histogram::Percentiles;
 pub use path_snapshot::{MAX_CORNERS, SnapshotPath};
+pub use playback::{PlaySettings, Playback, PlaybackState};
 pub use renderer::{RenderReport, Renderer};
 pub use settings::{EngineSchedule, EngineSettings, FrameTime, MAX_SOURCES};
 pub use statistics::Statistics;

@@ -3,8 +3,8 @@
 //! [`SampleSource::fill`] and [`SampleSource::skip`] run on the audio side and are wait-free; made and freed on the
 //! control side.
 
-use std::sync::Arc;
-
+use crate::runtime::engine::clip_player::ClipPlayer;
+use crate::runtime::engine::playback::PlayState;
 use crate::runtime::engine::stream::Stream;
 
 /// Samples of a source.
@@ -12,100 +12,54 @@ use crate::runtime::engine::stream::Stream;
 pub(crate) enum SampleSource {
     #[default]
     Silence,
-    Clip {
-        samples: Arc<[f32]>,
-        next: usize,
-        looped: bool,
-    },
+    Clip(Box<ClipPlayer>),
     Stream(Stream),
 }
 
+/// Result of [`SampleSource::fill`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Filled {
+    /// Samples missing in a stream.
+    pub(crate) missing: u32,
+    /// Whether there is a side signal.
+    pub(crate) is_stereo: bool,
+}
+
 impl SampleSource {
-    /// Fills a block with the next samples; returns the number of samples missing in a stream. A finished clip and a
-    /// stream without a writer are silent and miss none.
-    pub(crate) fn fill(&mut self, block: &mut [f32]) -> u32 {
+    /// Fills a block with the next samples, and `side` with half the difference of two channels if there are two. A finished
+    /// clip and a stream without a writer are silent and miss none. `now` is the engine's audio frame at the block's start.
+    pub(crate) fn fill(
+        &mut self,
+        block: &mut [f32],
+        side: &mut [f32],
+        play: &PlayState,
+        now: u64,
+    ) -> Filled {
         match self {
-            Self::Silence => block.fill(0.0),
-            Self::Clip {
-                samples,
-                next,
-                looped,
-            } => {
-                let mut done = 0;
-                while done < block.len() && *next < samples.len() {
-                    let count = (samples.len() - *next).min(block.len() - done);
-                    block[done..done + count].copy_from_slice(&samples[*next..*next + count]);
-                    done += count;
-                    *next += count;
-                    if *looped && *next == samples.len() {
-                        *next = 0;
-                    }
-                }
-                block[done..].fill(0.0);
+            Self::Silence => {
+                block.fill(0.0);
+                Filled::default()
             }
-            Self::Stream(stream) => return stream.fill(block),
+            Self::Clip(player) => Filled {
+                missing: 0,
+                is_stereo: player.fill(block, side, play, now),
+            },
+            Self::Stream(stream) => Filled {
+                missing: stream.fill(block),
+                is_stereo: false,
+            },
         }
-        0
     }
 
     /// Discards samples; returns the number of samples missing in a stream.
-    pub(crate) fn skip(&mut self, frames: usize) -> u32 {
+    pub(crate) fn skip(&mut self, frames: usize, play: &PlayState, now: u64) -> u32 {
         match self {
             Self::Silence => 0,
-            Self::Clip {
-                samples,
-                next,
-                looped,
-            } => {
-                *next = match (*looped, samples.len()) {
-                    (true, length) if length > 0 => (*next + frames) % length,
-                    (_, length) => (*next + frames).min(length),
-                };
+            Self::Clip(player) => {
+                player.skip(frames, play, now);
                 0
             }
             Self::Stream(stream) => stream.skip(frames),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn clip(samples: &[f32], looped: bool) -> SampleSource {
-        SampleSource::Clip {
-            samples: samples.into(),
-            next: 0,
-            looped,
-        }
-    }
-
-    #[test]
-    fn a_clip_ends_and_a_loop_repeats() {
-        let mut block = [9.0; 5];
-        clip(&[1.0, 2.0], false).fill(&mut block);
-        assert_eq!(block, [1.0, 2.0, 0.0, 0.0, 0.0]);
-        clip(&[1.0, 2.0], true).fill(&mut block);
-        assert_eq!(block, [1.0, 2.0, 1.0, 2.0, 1.0]);
-        clip(&[], true).fill(&mut block);
-        assert_eq!(block, [0.0; 5]);
-    }
-
-    #[test]
-    fn skipped_samples_advance_the_clip() {
-        for looped in [false, true] {
-            for length in [0, 1, 3, 7, 100] {
-                let samples: Vec<f32> = (0..length).map(|n| n as f32).collect();
-                let (mut heard, mut skipped) = (clip(&samples, looped), clip(&samples, looped));
-                let mut blocks = [[0.0; 5]; 2];
-                for _ in 0..4 {
-                    heard.fill(&mut blocks[0]);
-                    assert_eq!(skipped.skip(5), 0);
-                }
-                heard.fill(&mut blocks[0]);
-                skipped.fill(&mut blocks[1]);
-                assert_eq!(blocks[0], blocks[1]);
-            }
         }
     }
 }

@@ -4,10 +4,14 @@
 //! last. Free entries are used in turn. A handle's bits are never 0.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use glam::Vec3;
 
 use crate::error::{Error, Result};
+use crate::runtime::engine::playback::{
+    PlayState, Playback, PlaybackCell, PlaybackState, check_pitch,
+};
 use crate::runtime::engine::slot_release::{PlaybackProgress, SlotRelease};
 use crate::runtime::engine::source_virtualization::VirtualSource;
 use crate::scene::{SourceId, SourcePose, SourceSettings};
@@ -20,22 +24,34 @@ struct SourceState {
     muted: bool,
     /// Whether it has samples.
     plays: bool,
+    /// Time at which a ramp of the gain ends, in seconds.
+    ramp_end_s: f64,
+    play: PlayState,
+    /// Number of the clip that was played last, 0 for none.
+    serial: u32,
+    /// When that clip was found finished.
+    finished_s: Option<f64>,
+    /// Whether the source is removed after its clip.
+    is_one_shot: bool,
 }
 
 #[derive(Debug)]
 struct SourceEntry {
+    cell: Arc<PlaybackCell>,
     generation: u32,
     state: Option<SourceState>,
     release: SlotRelease,
 }
 
 impl SourceEntry {
-    fn virtual_source(&self) -> Option<VirtualSource> {
+    fn virtual_source(&self, time_s: f64) -> Option<VirtualSource> {
         let state = self.state?;
         Some(VirtualSource {
             pose: state.pose,
             gain: if state.muted { 0.0 } else { state.gain },
+            ramp_s: (state.ramp_end_s - time_s).max(0.0) as f32,
             plays: state.plays,
+            play: state.play,
         })
     }
 }
@@ -47,7 +63,14 @@ pub(super) struct SourceTable {
     free: VecDeque<u16>,
     /// Entries whose generations are used up.
     used_up: usize,
+    /// Clips played so far.
+    serials: u32,
+    /// Time of the present graphics frame.
+    time_s: f64,
 }
+
+/// Longest ramp of a gain in seconds.
+const MAX_RAMP_S: f32 = 3600.0;
 
 /// Greatest coordinate in metres: beyond it squared distances lose all precision.
 const MAX_COORDINATE_M: f32 = 1e6;
@@ -75,12 +98,15 @@ impl SourceTable {
             slots: (0..slots)
                 .map(|_| SourceEntry {
                     generation: 1,
+                    cell: Arc::default(),
                     state: None,
                     release: SlotRelease::Free,
                 })
                 .collect(),
             free: (0..slots as u16).collect(),
             used_up: 0,
+            serials: 0,
+            time_s: 0.0,
         }
     }
 
@@ -101,6 +127,11 @@ impl SourceTable {
             gain: 1.0,
             muted: false,
             plays: false,
+            ramp_end_s: 0.0,
+            play: PlayState::default(),
+            serial: 0,
+            finished_s: None,
+            is_one_shot: false,
         });
         Ok(id)
     }
@@ -158,17 +189,97 @@ impl SourceTable {
     }
 
     pub(super) fn set_plays(&mut self, id: SourceId, plays: bool) -> Result<()> {
-        self.state_mut(id)?.plays = plays;
+        let state = self.state_mut(id)?;
+        (state.plays, state.serial, state.finished_s) = (plays, 0, None);
         Ok(())
     }
 
-    pub(super) fn set_gain(&mut self, id: SourceId, gain: f32) -> Result<()> {
+    /// Notes a new clip; returns its number and the cell of its state.
+    pub(super) fn play(&mut self, id: SourceId) -> Result<(u32, Arc<PlaybackCell>)> {
+        self.check(id)?;
+        // 0 is none.
+        self.serials = self.serials.checked_add(1).unwrap_or(1);
+        let serial = self.serials;
         let state = self.state_mut(id)?;
+        (state.plays, state.serial, state.finished_s) = (true, serial, None);
+        state.play.is_paused = false;
+        Ok((serial, Arc::clone(&self.slots[id.slot()].cell)))
+    }
+
+    /// Removes a source after its clip.
+    pub(super) fn set_one_shot(&mut self, id: SourceId) -> Result<()> {
+        self.state_mut(id)?.is_one_shot = true;
+        Ok(())
+    }
+
+    /// State and position of a source's clip.
+    pub(super) fn playback(&self, id: SourceId) -> Result<Playback> {
+        let serial = self.state(id)?.serial;
+        Ok(self.slots[id.slot()].cell.load(serial))
+    }
+
+    pub(super) fn set_paused(&mut self, id: SourceId, is_paused: bool) -> Result<()> {
+        self.state_mut(id)?.play.is_paused = is_paused;
+        Ok(())
+    }
+
+    pub(super) fn set_pitch(&mut self, id: SourceId, pitch: f32) -> Result<()> {
+        let state = self.state_mut(id)?;
+        check_pitch(pitch)?;
+        state.play.pitch = pitch;
+        Ok(())
+    }
+
+    pub(super) fn seek(&mut self, id: SourceId, frame: u64) -> Result<()> {
+        let state = self.state_mut(id)?;
+        if state.serial == 0 {
+            let advice = "play a clip first; a stream has no position";
+            return Err(Error::engine("the source plays no clip", advice));
+        }
+        let play = &mut state.play;
+        play.seek = play.seek.checked_add(1).unwrap_or(1);
+        (play.seek_serial, play.seek_to) = (state.serial, frame);
+        (state.plays, state.finished_s) = (true, None);
+        Ok(())
+    }
+
+    /// Begins a graphics frame: clips that finished `tail_s` ago end, and the sources of one-shots too, which are returned in
+    /// `ended`.
+    pub(super) fn begin_frame(&mut self, time_s: f64, tail_s: f64, ended: &mut Vec<SourceId>) {
+        self.time_s = time_s;
+        ended.clear();
+        for entry in &mut self.slots {
+            let Some(state) = entry.state.as_mut().filter(|state| state.serial > 0) else {
+                continue;
+            };
+            if entry.cell.load(state.serial).state != PlaybackState::Finished {
+                continue;
+            }
+            let since_s = *state.finished_s.get_or_insert(time_s);
+            if time_s - since_s >= tail_s {
+                state.plays = false;
+                if state.is_one_shot {
+                    ended.push(state.pose.id);
+                }
+            }
+        }
+    }
+
+    /// Sets a gain that is reached in `seconds`.
+    pub(super) fn set_gain(&mut self, id: SourceId, gain: f32, seconds: f32) -> Result<()> {
+        let now_s = self.time_s;
+        let state = self.state_mut(id)?;
+        if !(0.0..=MAX_RAMP_S).contains(&seconds) {
+            let problem = format!("{seconds} s is out of range");
+            let advice = "choose a value from 0 to 3600";
+            return Err(Error::setting("seconds", problem, advice));
+        }
         if !(0.0..=1e3).contains(&gain) {
             let advice = "give a linear gain from 0 to 1000";
             return Err(Error::setting("gain", format!("{gain} is no gain"), advice));
         }
         state.gain = gain;
+        state.ramp_end_s = now_s + f64::from(seconds);
         Ok(())
     }
 
@@ -197,7 +308,8 @@ impl SourceTable {
 
     /// All sources, by index.
     pub(super) fn iter(&self) -> impl Iterator<Item = VirtualSource> + Clone + '_ {
-        self.slots.iter().filter_map(SourceEntry::virtual_source)
+        let virtual_source = |entry: &SourceEntry| entry.virtual_source(self.time_s);
+        self.slots.iter().filter_map(virtual_source)
     }
 
     /// Updates the release of all entries.
@@ -210,10 +322,8 @@ impl SourceTable {
     /// All sources except those in a slot that is releasing its last source.
     pub(super) fn iter_released(&self) -> impl Iterator<Item = VirtualSource> + Clone + '_ {
         let rested = |slot: &&SourceEntry| slot.release == SlotRelease::Free;
-        self.slots
-            .iter()
-            .filter(rested)
-            .filter_map(SourceEntry::virtual_source)
+        let virtual_source = |entry: &SourceEntry| entry.virtual_source(self.time_s);
+        self.slots.iter().filter(rested).filter_map(virtual_source)
     }
 }
 

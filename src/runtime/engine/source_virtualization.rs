@@ -14,6 +14,7 @@ use glam::Vec3;
 
 use crate::runtime::engine::audibility::{MIN_DISTANCE_M, energy, is_audible};
 use crate::runtime::engine::messages::{BED, NO_SLOT, SourceRoute};
+use crate::runtime::engine::playback::PlayState;
 use crate::runtime::engine::slot_release::{PlaybackProgress, SlotRelease};
 use crate::scene::{SourceId, SourcePose};
 
@@ -40,8 +41,11 @@ const MAX_GAIN: f32 = 8.0;
 pub(crate) struct VirtualSource {
     pub(crate) pose: SourcePose,
     pub(crate) gain: f32,
+    /// Seconds in which the gain is reached.
+    pub(crate) ramp_s: f32,
     /// Whether it has samples.
     pub(crate) plays: bool,
+    pub(crate) play: PlayState,
 }
 
 impl VirtualSource {
@@ -377,6 +381,8 @@ impl SourceVirtualizer {
                     Some(slot) => slot as u16,
                 },
                 gain,
+                ramp_s: source.ramp_s,
+                play: source.play,
             });
         }
         for (index, slot) in self.slots.iter().enumerate() {

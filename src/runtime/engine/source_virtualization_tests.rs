@@ -79,7 +79,9 @@ fn source(index: usize, position: Vec3) -> VirtualSource {
     VirtualSource {
         pose: SourcePose::at(SourceId::new(index as u16, 0), position),
         gain: 1.0,
+        ramp_s: 0.0,
         plays: true,
+        play: PlayState::default(),
     }
 }
 

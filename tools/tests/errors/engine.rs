@@ -6,7 +6,8 @@ use foresound::extrapolation::PredictorKind;
 use foresound::generation::{GeneratorSettings, Hrtf, Layout};
 use foresound::runtime::{
     AffinityPolicy, Budget, DeviceOutput, Engine, EngineSettings, FrameTime, NullDevice,
-    OfflineRenderer, OfflineSettings, QualityChoice, QualityLevel, Schedule, SoundThread, Threads,
+    OfflineRenderer, OfflineSettings, PlaySettings, QualityChoice, QualityLevel, Schedule,
+    SoundThread, Threads,
 };
 use foresound::scene::{
     DistanceCurve, DistanceTable, InstanceId, InstancePose, ListenerPose, MaterialTable, Scene,
@@ -143,6 +144,28 @@ fn at_work(errors: &mut Errors) {
         let (min_m, max_m) = (2.0, 1.0);
         mix.distance = DistanceCurve::Linear { min_m, max_m };
     });
+    let clip = foresound::Clip::mono(vec![0.0; 8]);
+    let mut play = |what: &str, settings: PlaySettings| {
+        errors.of(what, controller.play_clip(id, clip.clone(), settings));
+    };
+    play(
+        "a late start",
+        PlaySettings {
+            first_frame: 9,
+            ..PlaySettings::default()
+        },
+    );
+    let loop_frames = Some([3, 3]);
+    play(
+        "an empty loop",
+        PlaySettings {
+            loop_frames,
+            ..PlaySettings::default()
+        },
+    );
+    errors.of("a pitch", controller.set_source_pitch(id, 9.0));
+    errors.of("a seek", controller.seek_source(id, 0));
+    errors.of("a ramp", controller.fade_source_gain(id, 1.0, -1.0));
     errors.of("no point", DistanceTable::new(&[]));
     errors.of("falling", DistanceTable::new(&[[2.0, 1.0], [1.0, 1.0]]));
     errors.of("a table's gain", DistanceTable::new(&[[2.0, -1.0]]));

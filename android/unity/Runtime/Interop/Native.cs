@@ -180,6 +180,21 @@ namespace Foresound.Interop
         Linear = 2,
     }
 
+    /// <summary>State of a source's clip.</summary>
+    public enum PlaybackState : uint
+    {
+        /// <summary>No clip was played, or it was stopped.</summary>
+        Idle = 0,
+        /// <summary>A clip waits for the audio thread, or for its start.</summary>
+        Scheduled = 1,
+        /// <summary>A clip plays.</summary>
+        Playing = 2,
+        /// <summary>A clip is paused.</summary>
+        Paused = 3,
+        /// <summary>A clip has played to its end.</summary>
+        Finished = 4,
+    }
+
     /// <summary>What a path does between source and listener.</summary>
     public enum PathKind : uint
     {
@@ -738,6 +753,52 @@ namespace Foresound.Interop
     }
 
     /// <summary>
+    /// How a clip plays. Begin with FORESOUND_PLAY_OPTIONS_INIT or foresound_play_options_default, then change fields.
+    /// </summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct PlayOptions
+    {
+        /// <summary>Bytes in C.</summary>
+        public const uint Bytes = 32;
+
+        /// <summary>
+        /// Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
+        /// </summary>
+        public uint Size;
+        /// <summary>1: the clip repeats; 0: it plays once.</summary>
+        public uint Looped;
+        /// <summary>Audio frame of the clip at which its loop starts.</summary>
+        public uint LoopStart;
+        /// <summary>Audio frame of the clip at which its loop ends, excluded; 0: the clip's end.</summary>
+        public uint LoopEnd;
+        /// <summary>Audio frame of the clip to start from.</summary>
+        public ulong FirstFrame;
+        /// <summary>
+        /// Audio frame of the engine at which it starts (ForesoundPlayback); earlier ones start at once.
+        /// </summary>
+        public ulong StartAt;
+    }
+
+    /// <summary>State and position of a source's clip.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct Playback
+    {
+        /// <summary>Bytes in C.</summary>
+        public const uint Bytes = 24;
+
+        /// <summary>
+        /// Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
+        /// </summary>
+        public uint Size;
+        /// <summary>The state.</summary>
+        public PlaybackState State;
+        /// <summary>Position in the clip in audio frames.</summary>
+        public ulong Frame;
+        /// <summary>Audio frames that the engine has rendered: the clock of `start_at`.</summary>
+        public ulong EngineFrame;
+    }
+
+    /// <summary>
     /// A path as a polyline from source to listener. An element of an array, whose element size foresound_engine_paths takes.
     /// </summary>
     [StructLayout(LayoutKind.Sequential)]
@@ -1096,6 +1157,56 @@ namespace Foresound.Interop
         [DllImport(Library, EntryPoint = "foresound_source_play", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SourcePlay(ulong engine, uint source, ulong clip, uint looped);
 
+        /// <summary>Writes the default options; `size` is set before. Any thread.</summary>
+        [DllImport(Library, EntryPoint = "foresound_play_options_default", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status PlayOptionsDefault(PlayOptions* options);
+
+        /// <summary>
+        /// Plays a clip with loop points, from a frame of it, at a frame of the engine. A pause of the source ends; its pitch
+        /// stays. `options`: null for the defaults. The clip's handle may be closed afterwards. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_source_play_clip", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourcePlayClip(ulong engine, uint source, ulong clip, PlayOptions* options);
+
+        /// <summary>
+        /// Plays a clip once at a position in metres and forgets it: its source is removed when the clip has ended and its
+        /// last path has arrived. `source` receives its id. `play` and `options`: null for the defaults. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_play_once", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EnginePlayOnce(
+            ulong engine, ulong clip, float xM, float yM, float zM, PlayOptions* play, SourceOptions* options, uint* source);
+
+        /// <summary>
+        /// Writes state and position of a source's clip, as of the last block; of a stream idle. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_source_playback", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourcePlayback(ulong engine, uint source, Playback* playback);
+
+        /// <summary>
+        /// Pauses (1) or continues (0) a source's clip from the next tick on; fades within 6 ms. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_source_pause", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourcePause(ulong engine, uint source, uint paused);
+
+        /// <summary>
+        /// Continues a source's clip at another audio frame of it from the next tick on, with a cross-fade. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_source_seek", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourceSeek(ulong engine, uint source, uint frame);
+
+        /// <summary>
+        /// Sets the speed of a source's clips, 0.125 to 4, from the next tick on: 2 is an octave up. The pitch glides.
+        /// Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_source_set_pitch", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourceSetPitch(ulong engine, uint source, float pitch);
+
+        /// <summary>
+        /// Ramps a source's linear gain to 0 to 1000 within 0 to 3600 seconds from the next tick on. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_source_fade_gain", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourceFadeGain(ulong engine, uint source, float gain, float seconds);
+
         /// <summary>Silences a source and releases its clip or stream. Control thread.</summary>
         [DllImport(Library, EntryPoint = "foresound_source_stop", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SourceStop(ulong engine, uint source);
@@ -1121,6 +1232,20 @@ namespace Foresound.Interop
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_clip_from_wav", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status ClipFromWav(byte* bytes, UIntPtr count, uint engineRateHz, ulong* clip);
+
+        /// <summary>
+        /// Makes a clip of two channels, interleaved samples, left first; else as foresound_clip_from_samples. A source with a
+        /// position plays their mean, a 2D source both. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_clip_from_stereo", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status ClipFromStereo(
+            float* samples, UIntPtr count, uint rateHz, uint engineRateHz, ulong* clip);
+
+        /// <summary>
+        /// Makes a clip of the first two channels of a WAV file; else as foresound_clip_from_wav. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_clip_from_stereo_wav", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status ClipFromStereoWav(byte* bytes, UIntPtr count, uint engineRateHz, ulong* clip);
 
         /// <summary>
         /// Version of this interface: 65,536 x major + 256 x minor + patch. Another major number than

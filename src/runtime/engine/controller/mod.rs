@@ -4,6 +4,7 @@
 //! [`Controller::set_schedule`], [`Controller::restart`] and on drop; in the synchronous schedule [`Controller::tick`]
 //! itself propagates.
 
+mod clips;
 mod instances;
 mod outputs;
 mod scenes;
@@ -14,6 +15,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use super::clip_player::Kernel;
 use super::frame_numbers::{FrameNumbers, FrameReceiver};
 use super::messages::{AudioFrame, BED, OutputChange, SampleSourceChange, SourceRoute, WorldFrame};
 use super::path_snapshot::{PathSnapshot, SnapshotPath};
@@ -33,7 +35,7 @@ use crate::runtime::handover::newest::{Receiver, Sender};
 use crate::runtime::pipeline::pose_history::PoseHistory;
 use crate::runtime::threads::clock::now;
 use crate::runtime::trace::{SpanKind, SpanReader, SpanWriter, TraceLog};
-use crate::scene::{InstancePose, ListenerPose, Scene, SourcePose};
+use crate::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
 
 /// State of an engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,6 +85,9 @@ pub struct Controller {
     routes: Vec<SourceRoute>,
     /// Changes that did not fit into the ring, one per source at most.
     waiting_changes: VecDeque<SampleSourceChange>,
+    /// One-shots that have ended; scratch.
+    ended: Vec<SourceId>,
+    kernel: Arc<Kernel>,
     listener: ListenerPose,
     paused: bool,
     snapshot: Box<PathSnapshot>,
@@ -110,6 +115,8 @@ impl Controller {
             slot_poses: Vec::with_capacity(slots),
             routes: Vec::with_capacity(sources),
             waiting_changes: VecDeque::new(),
+            ended: Vec::new(),
+            kernel: Arc::new(Kernel::new()),
             listener: ListenerPose::default(),
             paused: false,
             snapshot: Box::default(),
@@ -143,6 +150,7 @@ impl Controller {
         let time_s = self.time_s();
         self.ticks += 1;
         self.free_outputs();
+        self.end_clips(time_s);
         self.assign_slots(time_s);
         let mut world = self.channels.world.take_blank(|| WorldFrame {
             listener,
@@ -219,7 +227,13 @@ impl Controller {
         self.routes.clear();
         self.sources.advance_releases(&progress, self.release_s);
         for source in self.sources.iter_released() {
-            let VirtualSource { pose, gain, .. } = source;
+            let VirtualSource {
+                pose,
+                gain,
+                ramp_s,
+                play,
+                ..
+            } = source;
             let id = pose.id;
             let slot = match source.is_2d() {
                 true => BED,
@@ -228,7 +242,13 @@ impl Controller {
             if slot != BED {
                 self.slot_poses.push(pose);
             }
-            self.routes.push(SourceRoute { id, slot, gain });
+            self.routes.push(SourceRoute {
+                id,
+                slot,
+                gain,
+                ramp_s,
+                play,
+            });
         }
     }
 

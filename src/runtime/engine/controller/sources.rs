@@ -1,7 +1,5 @@
 //! Sources and their samples.
 
-use std::sync::Arc;
-
 use glam::Vec3;
 
 use super::Controller;
@@ -80,23 +78,7 @@ impl Controller {
     /// # Errors
     /// [`Error::StaleSource`]; [`Error::Setting`] outside the range.
     pub fn set_source_gain(&mut self, id: SourceId, gain: f32) -> Result<()> {
-        self.sources.set_gain(id, gain)
-    }
-
-    /// Plays a clip from its start, once or in a loop: mono samples at the engine's rate, 1 being the pressure at 1 m.
-    /// An empty clip is silence.
-    ///
-    /// # Errors
-    /// [`Error::StaleSource`].
-    pub fn play(&mut self, id: SourceId, samples: Arc<[f32]>, looped: bool) -> Result<()> {
-        self.sources.set_plays(id, !samples.is_empty())?;
-        let clip = SampleSource::Clip {
-            samples,
-            next: 0,
-            looped,
-        };
-        self.send_source(id, clip);
-        Ok(())
+        self.sources.set_gain(id, gain, 0.0)
     }
 
     /// Plays samples that the app writes, through a ring for `capacity` samples (1 to 2^24). An underrun fades out and
@@ -132,7 +114,7 @@ impl Controller {
         self.sources.count()
     }
 
-    fn send_source(&mut self, id: SourceId, feed: SampleSource) {
+    pub(super) fn send_source(&mut self, id: SourceId, feed: SampleSource) {
         self.waiting_changes
             .retain(|change| change.id.slot() != id.slot());
         self.waiting_changes

@@ -66,10 +66,21 @@ final class Native {
     static native void sourceSetGain(long engine, int source, float gain);
     static native void sourceMute(long engine, int source, boolean muted);
     static native void sourcePlay(long engine, int source, long clip, boolean looped);
+    static native void playOptionsDefault(double[] options);
+    static native void sourcePlayClip(long engine, int source, long clip, double[] options);
+    static native int enginePlayOnce(
+            long engine, long clip, float xM, float yM, float zM, double[] play, double[] options);
+    static native void sourcePlayback(long engine, int source, double[] playback);
+    static native void sourcePause(long engine, int source, boolean paused);
+    static native void sourceSeek(long engine, int source, int frame);
+    static native void sourceSetPitch(long engine, int source, float pitch);
+    static native void sourceFadeGain(long engine, int source, float gain, float seconds);
     static native void sourceStop(long engine, int source);
     static native long sourceStream(long engine, int source, int capacity);
     static native long clipFromSamples(float[] samples, int rateHz, int engineRateHz);
     static native long clipFromWav(byte[] bytes, int engineRateHz);
+    static native long clipFromStereo(float[] samples, int rateHz, int engineRateHz);
+    static native long clipFromStereoWav(byte[] bytes, int engineRateHz);
 
     /** Version of the interface. */
     static native int version();
@@ -274,6 +285,22 @@ final class Native {
         static final int DECAY_TIME_S = 19;
     }
 
+    static final class PlayOptions {
+        static final int LENGTH = 5;
+        static final int LOOPED = 0;
+        static final int LOOP_START = 1;
+        static final int LOOP_END = 2;
+        static final int FIRST_FRAME = 3;
+        static final int START_AT = 4;
+    }
+
+    static final class Playback {
+        static final int LENGTH = 3;
+        static final int STATE = 0;
+        static final int FRAME = 1;
+        static final int ENGINE_FRAME = 2;
+    }
+
     static final class RenderInfo {
         static final int LENGTH = 9;
         static final int FRAMES = 0;
@@ -363,6 +390,14 @@ final class Native {
         static final int TRANSMITTED = 1;
         static final int REFLECTED = 2;
         static final int DIFFRACTED = 3;
+    }
+
+    static final class PlaybackState {
+        static final int IDLE = 0;
+        static final int SCHEDULED = 1;
+        static final int PLAYING = 2;
+        static final int PAUSED = 3;
+        static final int FINISHED = 4;
     }
 
     static final class DeviceHint {

@@ -34,6 +34,20 @@ class Clip private constructor(handle: Long) : Resource(handle) {
             return Clip(Native.clipFromSamples(samples, rateHz, engineRateHz))
         }
 
+        /** The first two channels of the content of a WAV file. A source with a position plays their mean. Blocks. */
+        @JvmStatic
+        fun loadStereoWav(bytes: ByteArray, engineRateHz: Int): Clip {
+            Native.require()
+            return Clip(Native.clipFromStereoWav(bytes, engineRateHz))
+        }
+
+        /** From interleaved samples of two channels at [rateHz], left first. Blocks. */
+        @JvmStatic
+        fun loadStereoSamples(samples: FloatArray, rateHz: Int, engineRateHz: Int): Clip {
+            Native.require()
+            return Clip(Native.clipFromStereo(samples, rateHz, engineRateHz))
+        }
+
         /** As [loadFile], on a dispatcher. */
         suspend fun fromFile(
             file: File,

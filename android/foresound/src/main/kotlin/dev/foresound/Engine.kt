@@ -240,6 +240,39 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
         return List(count) { SourcePath(numbers, it * Native.SourcePath.LENGTH) }
     }
 
+    /**
+     * Plays a clip once at a position in metres and forgets it: its source is removed when the clip has ended and its last path has
+     * arrived. [clip] may be closed then.
+     */
+    @JvmOverloads
+    fun playOnce(
+        clip: Clip,
+        x: Float,
+        y: Float,
+        z: Float,
+        play: PlayOptions = PlayOptions(),
+        options: SourceOptions = SourceOptions(),
+    ) {
+        Native.enginePlayOnce(handle, clip.handle, x, y, z, play.numbers(), options.numbers())
+    }
+
+    internal fun play(id: Int, clip: Clip, options: DoubleArray) =
+        Native.sourcePlayClip(handle, id, clip.handle, options)
+
+    internal fun playback(id: Int): Playback {
+        val numbers = DoubleArray(Native.Playback.LENGTH)
+        Native.sourcePlayback(handle, id, numbers)
+        return Playback(numbers)
+    }
+
+    internal fun pause(id: Int, paused: Boolean) = Native.sourcePause(handle, id, paused)
+
+    internal fun seek(id: Int, frame: Int) = Native.sourceSeek(handle, id, frame)
+
+    internal fun setPitch(id: Int, pitch: Float) = Native.sourceSetPitch(handle, id, pitch)
+
+    internal fun fadeGain(id: Int, gain: Float, seconds: Float) = Native.sourceFadeGain(handle, id, gain, seconds)
+
     internal fun setDistanceTable(id: Int, points: FloatArray) = Native.sourceSetDistanceTable(handle, id, points)
 
     internal fun configure(id: Int, options: DoubleArray) = Native.sourceConfigure(handle, id, options)

@@ -104,6 +104,24 @@ class Source internal constructor(
     @JvmOverloads
     fun play(clip: Clip, looped: Boolean = false) = engine.play(id, clip, looped)
 
+    /** Plays a clip with loop points, from a frame of it, at a frame of the engine; [clip] may be closed then. */
+    fun play(clip: Clip, options: PlayOptions) = engine.play(id, clip, options.numbers())
+
+    /** State and position of its clip, as of the last block. */
+    fun playback(): Playback = engine.playback(id)
+
+    /** Pauses its clip from the next tick on, or continues it; fades within 6 ms. */
+    fun pause(paused: Boolean) = engine.pause(id, paused)
+
+    /** Continues its clip at another audio frame of it, with a cross-fade. */
+    fun seek(frame: Int) = engine.seek(id, frame)
+
+    /** Sets the speed of its clips, 0.125 to 4: 2 is an octave up. The pitch glides. */
+    fun setPitch(pitch: Float) = engine.setPitch(id, pitch)
+
+    /** Ramps its linear gain to 0 to 1000 within 0 to 3600 seconds. */
+    fun fadeGain(gain: Float, seconds: Float) = engine.fadeGain(id, gain, seconds)
+
     /** Attaches a stream through a ring buffer of [capacity] samples (1 to 16,777,216). */
     fun stream(capacity: Int): SampleStream = SampleStream(engine.stream(id, capacity))
 
