@@ -9,8 +9,6 @@ use std::sync::Arc;
 
 use super::playback::{PlayState, PlaybackCell, PlaybackState};
 
-/// Range of the pitch.
-pub(crate) const PITCH: std::ops::RangeInclusive<f32> = 0.125..=4.0;
 /// Audio frames of a fade at a pause or seek.
 const FADE_FRAMES: usize = 256;
 /// Zero crossings of the kernel on either side at pitch 1.

@@ -5,8 +5,10 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::clip_player::PITCH;
 use crate::error::{Error, Result};
+
+/// Range of the pitch.
+const PITCH: std::ops::RangeInclusive<f32> = 0.125..=4.0;
 
 /// State of a source's clip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
