@@ -1050,13 +1050,21 @@ FORESOUND_API ForesoundStatus foresound_progress_read(uint64_t progress, float *
 FORESOUND_API ForesoundStatus foresound_progress_cancel(uint64_t progress);
 
 // Builds a scene from a mesh file: OBJ or PLY, and glTF or GLB if the library is built with its feature `gltf`.
-// The file names materials. Else as foresound_scene_from_mesh.
+// The file names materials. Else as foresound_scene_from_mesh. Or loads a saved scene, for which the other arguments
+// mean nothing.
 FORESOUND_API
 ForesoundStatus foresound_scene_from_file(const char *path,
                                           const char *materials_toml,
                                           const struct ForesoundSceneOptions *options,
                                           uint64_t progress,
                                           uint64_t *scene);
+
+// Saves a scene to a file, which foresound_scene_from_file and foresound_scene_from_bytes load in a twentieth of the
+// time of its construction or less, on any machine. Control thread.
+FORESOUND_API ForesoundStatus foresound_scene_save(uint64_t scene, const char *path);
+
+// Loads a saved scene from the bytes of its file. Control thread.
+FORESOUND_API ForesoundStatus foresound_scene_from_bytes(const uint8_t *bytes, size_t count, uint64_t *scene);
 
 // Writes the properties of a scene. Control thread.
 FORESOUND_API ForesoundStatus foresound_scene_info(uint64_t scene, struct ForesoundSceneInfo *info);

@@ -68,6 +68,7 @@
 mod acoustics;
 #[cfg(feature = "testing")]
 pub mod acoustics;
+mod binary;
 #[cfg(all(any(feature = "capi", feature = "jni"), not(feature = "testing")))]
 mod bridge;
 #[cfg(feature = "testing")]

@@ -4,6 +4,7 @@
 use foresound::bridge::capi::{
     foresound_clip_from_samples, foresound_clip_from_wav, foresound_close, foresound_engine_create,
     foresound_engine_tick, foresound_output_start, foresound_render, foresound_renderer_latency,
+    foresound_scene_from_bytes, foresound_scene_from_file, foresound_scene_save,
     foresound_source_add, foresound_source_configure, foresound_source_play,
     foresound_source_remove, foresound_source_stream,
 };
@@ -233,6 +234,41 @@ fn a_wav_file_with_a_chunk_of_odd_length_is_a_clip() {
         unsafe { foresound_clip_from_wav(bytes.as_ptr(), bytes.len(), 44_100, &raw mut clip) };
     assert_eq!(status, Status::Ok);
     assert_eq!(foresound_close(clip), Status::Ok);
+}
+
+/// A scene is saved and comes back from the file and from its bytes; other bytes are refused.
+#[test]
+fn a_saved_scene_is_loaded_from_a_file_and_from_bytes() {
+    let _turn = TURN.lock();
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("room.fscene");
+    let path = std::ffi::CString::new(file.to_string_lossy().as_bytes()).expect("no zero");
+    let room = foresound::scene::procedural::shoebox(glam::Vec3::new(4.0, 3.0, 5.0), "concrete");
+    let options = foresound::bridge::scenes::SceneOptions::default();
+    let scene = foresound::bridge::scenes::from_mesh(&room, None, &options, 0).expect("a scene");
+    let info = |scene: u64| format!("{:?}", foresound::bridge::scenes::info(scene));
+    // SAFETY: a text that ends in zero.
+    let status = unsafe { foresound_scene_save(scene, path.as_ptr()) };
+    assert_eq!(status, Status::Ok);
+    let mut loaded = 0;
+    let (no_text, no_options) = (std::ptr::null(), std::ptr::null());
+    // SAFETY: a text, null pointers and the address of a variable.
+    let status = unsafe {
+        foresound_scene_from_file(path.as_ptr(), no_text, no_options, 0, &raw mut loaded)
+    };
+    assert_eq!((status, info(loaded)), (Status::Ok, info(scene)));
+    let bytes = std::fs::read(&file).expect("the file");
+    let mut other = 0;
+    // SAFETY: the address and length of a list, and the address of a variable.
+    let status = unsafe { foresound_scene_from_bytes(bytes.as_ptr(), bytes.len(), &raw mut other) };
+    assert_eq!((status, info(other)), (Status::Ok, info(scene)));
+    let mut none = 0;
+    // SAFETY: the same, of fewer bytes.
+    let status =
+        unsafe { foresound_scene_from_bytes(bytes.as_ptr(), bytes.len() - 1, &raw mut none) };
+    assert_eq!(status, Status::Format);
+    close([scene, loaded]);
+    assert_eq!(foresound_close(other), Status::Ok);
 }
 
 /// An output that cannot be had leaves the renderer open.

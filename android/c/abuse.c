@@ -178,6 +178,12 @@ int main(void) {
     NO(foresound_scene_from_file("/", NULL, NULL, 0, NULL));
     YES(MESH(corners, 3, triangle, 3, NULL, NULL, 0, NULL));
     NO(foresound_scene_info(scene, NULL));
+    NO(foresound_scene_save(scene, NULL));
+    NO(foresound_scene_save(scene, "/no/such/folder/scene"));
+    NO(foresound_scene_save(0, "scene"));
+    NO(foresound_scene_from_bytes(NULL, 9, &progress));
+    NO(foresound_scene_from_bytes((const uint8_t *)"no scene", 8, &progress));
+    NO(foresound_scene_from_bytes((const uint8_t *)"no scene", 8, NULL));
     NO(foresound_progress_create(NULL));
     YES(foresound_progress_create(&progress));
     NO(foresound_progress_read(progress, NULL));

@@ -6,6 +6,7 @@
 use std::sync::OnceLock;
 
 use super::bands::{BANDS, BandArray, amplitude_of_energy};
+use crate::binary::stored;
 
 /// A surface material. All values are energy ratios from 0 to 1, one per band.
 ///
@@ -148,6 +149,19 @@ pub fn impedance_of_absorption(absorption: f64) -> (f64, f64) {
     }
     ((0.5 * (low + high)).exp(), 1.0)
 }
+
+stored!(Material {
+    name: String,
+    absorption: BandArray,
+    scattering: BandArray,
+    transmission: BandArray,
+});
+
+stored!(Reflectance {
+    impedance: BandArray,
+    residue: BandArray,
+    unscattered_residue: BandArray,
+});
 
 #[cfg(test)]
 mod tests {

@@ -10,6 +10,7 @@ use super::error::CallError;
 use super::handles::{HandleTable, Kind};
 use super::progress::observer;
 use super::record::record;
+use crate::scene::committed::saved::is_saved;
 use crate::scene::io::mesh_file;
 use crate::scene::{MaterialTable, MeshOptions, Scene, SceneSettings, TriangleMesh, load_mesh};
 
@@ -155,8 +156,8 @@ fn commit(
     SCENES.insert(Arc::new(scene))
 }
 
-/// Builds a scene from a mesh file: OBJ, PLY, and with the feature `gltf` glTF and GLB. `text` is the text of a materials
-/// file (TOML).
+/// Builds a scene from a mesh file: OBJ, PLY, and with the feature `gltf` glTF and GLB; `text` is the text of a materials
+/// file (TOML). Or loads a saved scene, for which the other arguments mean nothing.
 ///
 /// # Errors
 /// `Status::File` for an unreadable file; those of [`from_mesh`].
@@ -166,13 +167,34 @@ pub fn from_file(
     options: &SceneOptions,
     progress: u64,
 ) -> Result<u64, CallError> {
-    let file = load_mesh(Path::new(path), &options.mesh()?)?;
+    let path = Path::new(path);
+    if is_saved(path) {
+        return SCENES.insert(Arc::new(Scene::load(path)?));
+    }
+    let file = load_mesh(path, &options.mesh()?)?;
     commit(
         &file.mesh,
         &materials(file.materials, text)?,
         options,
         progress,
     )
+}
+
+/// Loads a saved scene from its bytes.
+///
+/// # Errors
+/// `Status::Format` for bytes that are no saved scene, damaged, or of another version.
+pub fn from_bytes(bytes: &[u8]) -> Result<u64, CallError> {
+    SCENES.insert(Arc::new(Scene::from_bytes(bytes)?))
+}
+
+/// Saves a scene to a file.
+///
+/// # Errors
+/// `Status::File` for a file that cannot be written; those of [`HandleTable::with`].
+pub fn save(scene: u64, path: &str) -> Result<(), CallError> {
+    let scene = SCENES.with(scene, |scene| Ok(Arc::clone(scene)))?;
+    Ok(scene.save(Path::new(path))?)
 }
 
 /// Properties of a scene.

@@ -11,6 +11,7 @@ use super::mesh::TriangleMesh;
 use super::surface::SurfaceSet;
 use super::weld::{self, IntakeReport};
 use crate::acoustics::material::Material;
+use crate::binary::{are_below, stored};
 use crate::error::Result;
 
 /// A mesh after intake.
@@ -164,4 +165,29 @@ fn clean_again(mesh: &mut TriangleMesh, report: &mut IntakeReport) -> Result<Vec
 fn retain<T>(list: &mut Vec<T>, is_dropped: &[bool]) {
     let mut flags = is_dropped.iter();
     list.retain(|_| flags.next() != Some(&true));
+}
+
+stored!(CommittedMesh {
+    centre: DVec3,
+    vertices: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+    surfaces: SurfaceSet,
+    in_closed_part: Vec<bool>,
+    materials: Vec<Material>,
+    defaulted: Vec<String>,
+    report: IntakeReport,
+    flattened_regions: usize,
+});
+
+impl CommittedMesh {
+    /// Whether a mesh that was loaded has all that its queries rely on.
+    pub(super) fn is_consistent(&self) -> bool {
+        let counts = [self.in_closed_part.len(), self.report.triangles];
+        !self.triangles.is_empty()
+            && are_below(self.triangles.as_flattened(), self.vertices.len())
+            && counts.iter().all(|&count| count == self.triangles.len())
+            && self
+                .surfaces
+                .is_consistent(self.triangles.len(), self.materials.len())
+    }
 }

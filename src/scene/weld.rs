@@ -10,6 +10,7 @@ use glam::{DVec3, Vec3};
 
 use super::mesh::{LARGEST_COORDINATE_M, TriangleMesh};
 use super::spatial_hash::{SpatialHash, cell_of};
+use crate::binary::stored;
 use crate::error::{Error, Result};
 
 /// Vertices closer than this become one, in metres. Below any modeller's intent and above `f32` noise within 1 km.
@@ -318,6 +319,22 @@ fn count_edges(triangles: &[[u32; 3]], report: &mut IntakeReport) {
     }
     report.watertight = report.boundary_edges == 0;
 }
+
+stored!(IntakeReport {
+    triangles_in: usize,
+    triangles: usize,
+    dropped_non_finite: usize,
+    dropped_degenerate: usize,
+    dropped_duplicate: usize,
+    duplicate_of_other_material: usize,
+    vertices_welded: usize,
+    edges: usize,
+    boundary_edges: usize,
+    non_manifold_edges: usize,
+    watertight: bool,
+    bounds_min: Vec3,
+    bounds_max: Vec3,
+});
 
 #[cfg(test)]
 mod tests {

@@ -513,6 +513,41 @@ fn unknown_materials_are_reported() {
 }
 
 #[test]
+fn a_saved_scene_is_read_like_its_mesh() {
+    let folder = Folder::new();
+    let room = folder.room();
+    let saved = folder.path("saved.fscene");
+    let output = foresound(&["commit", text(&room), "--out", text(&saved), "--json"]);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert_eq!(json["triangles"], 4);
+    assert_eq!(json["bytes"], fs::metadata(&saved).expect("a file").len());
+    let inspected = |file: &Path| {
+        let output = foresound(&["inspect", text(file), "--json"]);
+        assert!(output.status.success());
+        output.stdout
+    };
+    assert_eq!(inspected(&saved), inspected(&room));
+    let own = [": is a saved scene, whose scale, axis and materials are settled;"];
+    refused(&["inspect", text(&saved), "--scale", "2"], &own);
+    refused(
+        &["commit", text(&room), "--out", text(&room)],
+        &["is an input of this command"],
+    );
+    let half = folder.path("half.fscene");
+    let bytes = fs::read(&saved).expect("read");
+    fs::write(&half, &bytes[..bytes.len() / 2]).expect("written");
+    refused(
+        &["inspect", text(&half)],
+        &["half.fscene: the saved scene is damaged or cut off;"],
+    );
+    let other = folder.write("model.fbx", "Kaydara FBX Binary  ");
+    refused(
+        &["inspect", text(&other)],
+        &["model.fbx: is an FBX file, which is not read;"],
+    );
+}
+
+#[test]
 fn a_wall_with_two_doors_has_the_area_of_its_outline() {
     let folder = Folder::new();
     // 6 by 3 m without two doors of 0.9 by 2.1 m.

@@ -20,8 +20,9 @@ const FARTHEST: f32 = (1u64 << 40) as f32;
 /// Scenes up to this size use the scalar reference, since kernels would underflow: 2⁻⁴⁰.
 const SMALLEST: f32 = 1.0 / FARTHEST;
 
+/// A triangle of the tree.
 #[derive(Clone, Copy)]
-struct Item {
+pub(super) struct Item {
     corners: [Vec3; 3],
     triangle: u32,
     group: u32,
@@ -33,8 +34,13 @@ pub(super) fn build(
     groups: &[u32],
     set: InstructionSet,
 ) -> Bvh {
+    build_over(items_of(vertices, triangles, groups), set)
+}
+
+/// The triangles of a mesh that a tree takes.
+pub(super) fn items_of(vertices: &[Vec3], triangles: &[[u32; 3]], groups: &[u32]) -> Vec<Item> {
     let is_near = |corner: &Vec3| corner.abs().max_element() <= FARTHEST && corner.is_finite();
-    let items = triangles
+    triangles
         .iter()
         .zip(groups)
         .zip(0u32..)
@@ -44,8 +50,7 @@ pub(super) fn build(
             group,
         })
         .filter(|item| item.corners.iter().all(is_near))
-        .collect();
-    build_over(items, set)
+        .collect()
 }
 
 /// Builds another tree over the triangles of a tree.
@@ -66,40 +71,106 @@ fn build_over(items: Vec<Item>, set: InstructionSet) -> Bvh {
     if items.is_empty() {
         return Bvh::default();
     }
-    let extent = items
-        .iter()
-        .flat_map(|item| item.corners)
-        .fold(0.0, |most: f32, corner| {
-            most.max(corner.abs().max_element())
-        });
-    let margin = box_margin(extent);
-    let reached = extent.max(LEAST_EXTENT_M.min(extent * MOST_TIMES_EXTENT));
-    let boxes: Vec<Aabb> = items
-        .iter()
-        // The boxes of the intersection test, to the bit.
-        .map(|item| Aabb::of_triangle(item.corners, margin))
-        .collect();
+    let measures = Measures::of(&items);
+    let boxes = measures.boxes(&items);
     let tree = binary_tree(&boxes);
     let (nodes, leaves) = match set {
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx2 if let Some(avx2) = crate::simd::x86::Avx2::detect() => {
-            let (nodes, leaves) = wide::<8>(&tree, &boxes, reached * SLACK);
+            let (nodes, leaves) = wide::<8>(&tree, &boxes, measures.slack());
             (Nodes::Avx2(nodes, avx2), leaves)
         }
         #[cfg(target_arch = "aarch64")]
         InstructionSet::Neon => {
-            let (mut nodes, leaves) = wide::<4>(&tree, &boxes, reached * SLACK);
-            for link in nodes.iter_mut().flat_map(|node| &mut node.links) {
-                *link = crate::geometry::intersect::neon::encode_link(*link);
-            }
-            (Nodes::Neon(nodes), leaves)
+            let (nodes, leaves) = wide::<4>(&tree, &boxes, measures.slack());
+            (Nodes::neon(nodes), leaves)
         }
         _ => {
-            let (nodes, leaves) = wide::<4>(&tree, &boxes, reached * SLACK);
+            let (nodes, leaves) = wide::<4>(&tree, &boxes, measures.slack());
             (Nodes::Scalar(nodes), leaves)
         }
     };
-    let block = |leaf: &Vec<u32>| {
+    let blocks = leaf_blocks(&items, leaves.iter().map(Vec::as_slice));
+    measures.tree(nodes, blocks, items.len(), crossed(&tree))
+}
+
+impl Nodes {
+    /// Nodes of the NEON kernels, which encode links.
+    #[cfg(target_arch = "aarch64")]
+    pub(super) fn neon(mut nodes: Vec<Node<4>>) -> Self {
+        for link in nodes.iter_mut().flat_map(|node| &mut node.links) {
+            *link = crate::geometry::intersect::neon::encode_link(*link);
+        }
+        Self::Neon(nodes)
+    }
+}
+
+/// Margins of a tree by the coordinates of its triangles.
+pub(super) struct Measures {
+    /// Largest coordinate.
+    extent: f32,
+    margin: f32,
+    reached: f32,
+}
+
+impl Measures {
+    pub(super) fn of(items: &[Item]) -> Self {
+        let extent = items
+            .iter()
+            .flat_map(|item| item.corners)
+            .fold(0.0, |most: f32, corner| {
+                most.max(corner.abs().max_element())
+            });
+        Self {
+            extent,
+            margin: box_margin(extent),
+            reached: extent.max(LEAST_EXTENT_M.min(extent * MOST_TIMES_EXTENT)),
+        }
+    }
+
+    /// The box of a triangle: that of the intersection test, to the bit.
+    pub(super) fn bounds(&self, item: &Item) -> Aabb {
+        Aabb::of_triangle(item.corners, self.margin)
+    }
+
+    pub(super) fn boxes(&self, items: &[Item]) -> Vec<Aabb> {
+        items.iter().map(|item| self.bounds(item)).collect()
+    }
+
+    /// Margin of a node's boxes.
+    pub(super) fn slack(&self) -> f32 {
+        self.reached * SLACK
+    }
+
+    /// A tree of nodes and blocks.
+    pub(super) fn tree(
+        &self,
+        nodes: Nodes,
+        blocks: Vec<Block>,
+        triangle_count: usize,
+        crossed_boxes: f64,
+    ) -> Bvh {
+        Bvh {
+            nodes,
+            blocks,
+            triangle_count,
+            margin: self.margin,
+            reach: if self.extent > SMALLEST {
+                f64::from(self.reached * REACH)
+            } else {
+                f64::NAN
+            },
+            crossed_boxes,
+        }
+    }
+}
+
+/// The blocks of leaves, each a list of items.
+pub(super) fn leaf_blocks<'a>(
+    items: &[Item],
+    leaves: impl Iterator<Item = &'a [u32]>,
+) -> Vec<Block> {
+    let block = |leaf: &[u32]| {
         let mut block = Block::EMPTY;
         for (lane, &i) in leaf.iter().enumerate() {
             let item = &items[i as usize];
@@ -107,21 +178,15 @@ fn build_over(items: Vec<Item>, set: InstructionSet) -> Bvh {
         }
         block
     };
-    Bvh {
-        nodes,
-        blocks: leaves.iter().map(block).collect(),
-        triangle_count: items.len(),
-        margin,
-        reach: if extent > SMALLEST {
-            f64::from(reached * REACH)
-        } else {
-            f64::NAN
-        },
-        crossed_boxes: crossed(&tree),
-    }
+    leaves.map(block).collect()
 }
 
-fn wide<const W: usize>(tree: &Bvh2, boxes: &[Aabb], slack: f32) -> (Vec<Node<W>>, Vec<Vec<u32>>) {
+/// Nodes and leaves of a binary tree as a wide one.
+pub(super) fn wide<const W: usize>(
+    tree: &Bvh2,
+    boxes: &[Aabb],
+    slack: f32,
+) -> (Vec<Node<W>>, Vec<Vec<u32>>) {
     let mut wide: Collapsed<W> = collapse(tree, Choice::Cheapest, slack);
     if wide.stack > STACK {
         wide = collapse(&balanced_tree(boxes), Choice::Shallowest, slack);

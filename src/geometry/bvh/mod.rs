@@ -8,6 +8,7 @@ mod collapse;
 mod instruction_set;
 pub(super) mod node;
 mod observer;
+mod saved;
 mod split;
 mod traverse;
 #[cfg(target_arch = "aarch64")]
@@ -29,6 +30,7 @@ use traverse::PackedHit;
 
 pub use instruction_set::InstructionSet;
 pub use observer::RayObserver;
+pub(crate) use saved::SavedTree;
 
 /// The group of no triangle: fills unused elements of an ignore list.
 pub const NO_GROUP: u32 = u32::MAX;

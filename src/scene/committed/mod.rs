@@ -5,6 +5,7 @@
 //! several threads at once.
 
 pub mod instances;
+pub mod saved;
 
 use std::sync::Arc;
 

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::super::surface::finite_panel::is_free;
 use super::super::surface::{Surface, SurfaceSet};
+use crate::binary::{are_starts, stored};
 use crate::geometry::Bvh;
 use crate::scene::edges::edge::Edge;
 use crate::scene::edges::search_budget;
@@ -155,4 +156,23 @@ fn add_pieces(
         }
     }
     boundaries.truncate(kept);
+}
+
+stored!(FreeBoundary {
+    surface: u32,
+    origin: DVec3,
+    direction: DVec3,
+    length_m: f64,
+    free: [bool; 2],
+});
+
+stored!(SurfaceBoundaries { boundaries: Vec<FreeBoundary>, first: Vec<u32> });
+
+impl SurfaceBoundaries {
+    /// Whether boundaries that were loaded belong to a set of `surfaces`.
+    pub(super) fn is_consistent(&self, surfaces: usize) -> bool {
+        let is_good = |b: &FreeBoundary| (b.surface as usize) < surfaces && b.length_m >= 0.0;
+        are_starts(&self.first, surfaces, self.boundaries.len())
+            && self.boundaries.iter().all(is_good)
+    }
 }

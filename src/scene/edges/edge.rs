@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::acoustics::smoothstep;
+use crate::binary::stored;
 
 /// Shortest edge in metres, times [`Edge::length_scale`]: shorter ones cast no shadow below 1 kHz.
 pub const LEAST_LENGTH_M: f64 = 0.3;
@@ -301,6 +302,19 @@ fn apex_m((a, near): (f64, f64), (b, far): (f64, f64)) -> f64 {
         0.5 * (a + b)
     }
 }
+
+stored!(Edge {
+    key: u64,
+    origin: DVec3,
+    direction: DVec3,
+    length_m: f64,
+    tangent: DVec3,
+    normal: DVec3,
+    n: f64,
+    faces: [u32; 2],
+    free_ends: [bool; 2],
+    length_scale: f64,
+});
 
 #[cfg(test)]
 mod tests {

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::super::surface::Surface;
 use super::edge::Edge;
+use crate::binary::{are_below, stored};
 
 /// Most surfaces kept for one edge.
 pub const MOST_EDGE_MIRRORS: usize = 6;
@@ -94,4 +95,22 @@ fn size(points: &[DVec3; 3], surface: &Surface) -> f64 {
         nearest = nearest.min(point.distance_squared(point.clamp(low, high)));
     }
     surface.area_m2 / (nearest + NEAR_M2)
+}
+
+stored!(EdgeMirrors {
+    surfaces: [u32; MOST_EDGE_MIRRORS],
+    count: usize,
+});
+
+stored!(EdgeMirrorLists { list: Vec<EdgeMirrors> });
+
+impl EdgeMirrorLists {
+    /// Whether lists that were loaded belong to so many edges and surfaces.
+    pub(super) fn is_consistent(&self, edges: usize, surfaces: usize) -> bool {
+        let is_good = |mirrors: &EdgeMirrors| {
+            let listed = mirrors.surfaces.get(..mirrors.count);
+            listed.is_some_and(|listed| are_below(listed, surfaces))
+        };
+        self.list.len() == edges && self.list.iter().all(is_good)
+    }
 }

@@ -9,6 +9,7 @@ mod find;
 mod flush;
 mod free_ends;
 mod mirrors;
+mod saved;
 mod search_budget;
 mod tree;
 mod visibility_graph;

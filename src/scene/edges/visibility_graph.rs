@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::binary::{are_below, are_starts, stored};
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Bvh, Ray};
 use crate::scene::edges::edge::Edge;
@@ -227,6 +228,15 @@ fn is_unoccluded(a: &Edge, b: &Edge, bvh: &Bvh) -> bool {
             let sight = Ray::between(clear(a, s).as_vec3(), clear(b, t).as_vec3());
             !bvh.any_hit(&sight, [shared.unwrap_or(NO_GROUP), NO_GROUP])
         })
+}
+
+stored!(EdgeVisibilityGraph { first: Vec<u32>, list: Vec<u32> });
+
+impl EdgeVisibilityGraph {
+    /// Whether a graph that was loaded belongs to so many edges.
+    pub(super) fn is_consistent(&self, edges: usize) -> bool {
+        are_starts(&self.first, edges, self.list.len()) && are_below(&self.list, edges)
+    }
 }
 
 #[cfg(test)]

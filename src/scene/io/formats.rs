@@ -23,7 +23,8 @@ const STL_TRIANGLE: u64 = 50;
 const EXPORT: &str = "export the model as glTF, GLB, OBJ or PLY";
 
 /// Formats that are not read: first bytes, name and advice. The bytes are those of the formats' descriptions.
-const FOREIGN: [(&[u8], &str, &str); 25] = [
+const FOREIGN: [(&[u8], &str, &str); 26] = [
+    (b"\x89FSCENE\n", "a saved scene", "load it by Scene::load"),
     (b"Kaydara FBX Binary", "an FBX file", EXPORT),
     (b"; FBX", "an FBX file", EXPORT),
     (b"BLENDER", "a Blender file", EXPORT),

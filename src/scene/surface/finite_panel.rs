@@ -8,6 +8,7 @@ use glam::{DVec3, Vec3};
 
 use super::super::weld::sorted_edges;
 use super::{SurfaceSet, panel};
+use crate::binary::{are_starts, stored};
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Bvh, Ray};
 
@@ -293,6 +294,41 @@ fn distance_m([from, to]: [DVec3; 2], point: DVec3) -> f64 {
     let along = to - from;
     let share = (point - from).dot(along) / along.length_squared().max(1e-12);
     point.distance(from + along * share.clamp(0.0, 1.0))
+}
+
+stored!(BoundarySegment {
+    ends: [Vec3; 2],
+    free: [bool; 2]
+});
+
+stored!(HalfPlane {
+    from: DVec3,
+    inward: DVec3,
+    least: f64
+});
+
+stored!(Panel {
+    surface: u32,
+    area_m2: f64,
+    triangles: Vec<[HalfPlane; 3]>,
+    boundary: Vec<BoundarySegment>,
+    free: [bool; 2],
+    sides: [Vec3; 2],
+    low: DVec3,
+    high: DVec3,
+});
+
+stored!(FinitePanels { pieces: Vec<Panel>, first: Vec<u32> });
+
+impl FinitePanels {
+    /// Whether panels that were loaded belong to a set of `surfaces`.
+    pub(crate) fn is_consistent(&self, surfaces: usize) -> bool {
+        are_starts(&self.first, surfaces, self.pieces.len())
+            && self
+                .pieces
+                .iter()
+                .all(|piece| (piece.surface as usize) < surfaces)
+    }
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use std::ops::Range;
 use glam::{DVec2, DVec3, Vec3};
 
 use super::Surface;
+use crate::binary::{are_below, stored};
 
 /// Distance outside a triangle up to which a point counts as inside, in metres: above the rounding of `f32` corners 100 m from
 /// the centre, below anything audible. In the plane it is up to √3 times larger.
@@ -453,4 +454,50 @@ fn flat(point: DVec3, axis: usize) -> DVec2 {
     // The two axes after it, cyclically.
     let turn = [x, y, z, x, y];
     DVec2::new(turn[axis + 1], turn[axis + 2])
+}
+
+stored!(FlatTriangle {
+    corners: [[f32; 2]; 3]
+});
+
+stored!(Grid {
+    origin: DVec2,
+    cells_a_metre: DVec2,
+    columns: u32,
+    rows: u32,
+    first_cell: u32,
+});
+
+stored!(Grids {
+    flat: Vec<FlatTriangle>,
+    grid_of: Vec<u32>,
+    grids: Vec<Grid>,
+    cells: Vec<u32>,
+    kinds: Vec<u64>,
+    entries: Vec<u32>,
+});
+
+impl Grids {
+    /// Whether grids that were loaded have all that [`Self::contains`] relies on.
+    pub(super) fn is_consistent(&self, surfaces: &[Surface], triangles: usize) -> bool {
+        let starts = |cell: &u32| cell & !WHOLE;
+        let count = self.grids.len();
+        let has_cells = |grid: &Grid| {
+            let cells = u64::from(grid.columns) * u64::from(grid.rows);
+            u64::from(grid.first_cell) + cells < self.cells.len() as u64
+        };
+        let is_placed = |(&grid, surface): (&u32, &Surface)| match grid {
+            NO_GRID => true,
+            RECTANGLE => surface.triangle_count > 0,
+            grid => (grid as usize) < count,
+        };
+        self.flat.len() == triangles
+            && self.grid_of.len() == surfaces.len()
+            && self.grid_of.iter().zip(surfaces).all(is_placed)
+            && self.grids.iter().all(has_cells)
+            && self.cells.iter().map(starts).is_sorted()
+            && self.cells.last().map_or(0, starts) as usize == self.entries.len()
+            && self.kinds.len() == self.cells.len().div_ceil(KINDS_A_WORD)
+            && are_below(&self.entries, triangles)
+    }
 }

@@ -12,6 +12,7 @@ pub(super) mod panel;
 use glam::{DVec3, Vec3};
 
 use super::mesh::TriangleMesh;
+use crate::binary::{are_below, stored};
 use grid::Grids;
 pub use grid::INSIDE_TOLERANCE_M;
 pub use group::{SAME_PLANE_ANGLE_DEG, SAME_PLANE_DISTANCE_M};
@@ -202,5 +203,49 @@ impl SurfaceSet {
             .binary_search_by_key(&key, |surface| surface.key)
             .ok()
             .map(|index| index as u32)
+    }
+}
+
+stored!(Surface {
+    key: u64,
+    normal: DVec3,
+    offset_m: f64,
+    material: u32,
+    area_m2: f64,
+    bounds_min: Vec3,
+    bounds_max: Vec3,
+    first_triangle: u32,
+    triangle_count: u32,
+    panel_triangle_count: u32,
+});
+
+stored!(SurfaceSet {
+    surfaces: Vec<Surface>,
+    triangle_surface: Vec<u32>,
+    triangles: Vec<u32>,
+    triangle_in_panel: Vec<bool>,
+    grids: Grids,
+});
+
+impl SurfaceSet {
+    /// Whether a set that was loaded has all that its queries rely on, for a mesh of `triangles` and a list of `materials`.
+    pub(super) fn is_consistent(&self, triangles: usize, materials: usize) -> bool {
+        let mut end = 0;
+        let is_in_order = |surface: &Surface| {
+            let starts = u64::from(surface.first_triangle) == end;
+            end += u64::from(surface.triangle_count);
+            starts
+                && surface.panel_triangle_count <= surface.triangle_count
+                && (surface.material as usize) < materials
+        };
+        let lists = [&self.triangle_surface, &self.triangles].map(Vec::len);
+        let mut surfaces = self.surfaces.iter();
+        lists == [triangles; 2]
+            && self.triangle_in_panel.len() == triangles
+            && surfaces.all(is_in_order)
+            && end == triangles as u64
+            && are_below(&self.triangle_surface, self.surfaces.len())
+            && are_below(&self.triangles, triangles)
+            && self.grids.is_consistent(&self.surfaces, triangles)
     }
 }

@@ -13,7 +13,7 @@ use glam::Vec3;
 use super::bytes::Bytes;
 
 /// Few rays: degenerate positions matter here.
-const SETTINGS: PropagationSettings = PropagationSettings {
+pub(crate) const SETTINGS: PropagationSettings = PropagationSettings {
     guide_rays: 32,
     source_rays: 16,
     depth: 4,

@@ -6,12 +6,13 @@ pub(crate) mod c_calls;
 pub(crate) mod files;
 pub(crate) mod matching;
 pub(crate) mod meshes;
+pub(crate) mod saved;
 
 /// A target: its name and its function of the bytes.
 pub(crate) type Target = (&'static str, fn(&[u8]));
 
 /// All of them.
-pub(crate) const TARGETS: [Target; 10] = [
+pub(crate) const TARGETS: [Target; 11] = [
     ("obj", files::obj),
     ("materials", files::materials),
     ("layout", files::layout),
@@ -22,4 +23,5 @@ pub(crate) const TARGETS: [Target; 10] = [
     ("matching", matching::matching),
     ("ply", files::mesh_file),
     ("gltf", files::mesh_file),
+    ("saved", saved::saved),
 ];

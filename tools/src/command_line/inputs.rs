@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use foresound::extrapolation::PredictorKind;
+use foresound::scene::committed::saved::is_saved;
 use foresound::scene::layout::{SceneLayout, Walk};
 use foresound::scene::{
-    MaterialTable, MeshOptions, Scene, SceneSettings, SourceId, SourcePose, UpAxis, load_mesh,
-    procedural,
+    MaterialTable, MeshOptions, Scene, SceneSettings, SourceId, SourcePose, TriangleMesh, UpAxis,
+    load_mesh, procedural,
 };
 use foresound::{Error, Result};
 use foresound_tools::clip::{Clip, load_clip};
@@ -52,8 +53,25 @@ impl LoadedScene {
     }
 }
 
-/// Loads a scene by file, or a benchmark scene by name.
-pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<LoadedScene> {
+/// A mesh with the materials that its names mean.
+pub(crate) struct ReadMesh {
+    pub(crate) mesh: TriangleMesh,
+    pub(crate) table: MaterialTable,
+    layout: Option<SceneLayout>,
+    warnings: Vec<String>,
+}
+
+/// The layout beside a scene's file, if there is one.
+fn layout_beside(file: &Path) -> Result<Option<SceneLayout>> {
+    let beside = file.with_extension("toml");
+    beside
+        .is_file()
+        .then(|| SceneLayout::load(&beside))
+        .transpose()
+}
+
+/// Reads a mesh file, or a benchmark scene by name, with its materials.
+pub(crate) fn read_mesh(named: &Path, arguments: &SceneArguments) -> Result<ReadMesh> {
     let file = scene_file(named)?;
     let up = match arguments.up.as_deref() {
         None | Some("y" | "Y") => UpAxis::Y,
@@ -79,21 +97,49 @@ pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<Loa
             advice,
         ));
     }
-    let mut notes = object.warnings;
     let mut table = MaterialTable::built_in();
     table.extend(object.materials);
-    let beside = file.with_extension("toml");
-    let layout = if beside.is_file() {
-        let layout = SceneLayout::load(&beside)?;
+    let layout = layout_beside(&file)?;
+    if let Some(layout) = &layout {
         table.extend(layout.materials.clone());
-        Some(layout)
-    } else {
-        None
-    };
+    }
     if let Some(materials) = &arguments.materials {
         table.extend(MaterialTable::load(materials)?);
     }
-    let scene = Scene::commit(&object.mesh, &table, &SceneSettings::default())?;
+    Ok(ReadMesh {
+        mesh: object.mesh,
+        table,
+        layout,
+        warnings: object.warnings,
+    })
+}
+
+/// Loads a scene by file, or a benchmark scene by name. A saved scene is loaded as it is.
+pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<LoadedScene> {
+    let file = scene_file(named)?;
+    let (scene, layout, mut notes, table) = if is_saved(&file) {
+        let given = [
+            arguments.scale.is_some(),
+            arguments.up.is_some(),
+            arguments.materials.is_some(),
+        ];
+        if given.contains(&true) {
+            let problem = "is a saved scene, whose scale, axis and materials are settled";
+            let advice = "give them to `foresound commit`, which saves it";
+            return Err(Error::file(&file, problem, advice));
+        }
+        let table = MaterialTable::built_in();
+        (
+            Scene::load(&file)?,
+            layout_beside(&file)?,
+            Vec::new(),
+            table,
+        )
+    } else {
+        let read = read_mesh(named, arguments)?;
+        let scene = Scene::commit(&read.mesh, &read.table, &SceneSettings::default())?;
+        (scene, read.layout, read.warnings, read.table)
+    };
     let report = scene.report();
     let dropped = report.dropped_non_finite + report.dropped_degenerate + report.dropped_duplicate;
     if dropped > 0 {

@@ -1,4 +1,4 @@
-//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `materials`, `validate`, `evaluate`, `bench`, `soak`,
+//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `commit`, `materials`, `validate`, `evaluate`, `bench`, `soak`,
 //! `scenes`, `view`, `completions`, `manual`, and with the feature `play` also `play`.
 //!
 //! Results go to standard output, everything else to standard error. A wrong argument or file gives one line with advice
@@ -13,6 +13,7 @@ macro_rules! outln {
 
 mod assets;
 mod bench;
+mod commit;
 mod counting;
 mod demo;
 mod evaluate;
@@ -75,6 +76,8 @@ enum Command {
     Rir(rir::Arguments),
     /// Reports on a mesh: triangles, surfaces, materials, edges, bounds.
     Inspect(inspect::Arguments),
+    /// Prepares a scene and saves it, to be loaded in a fraction of the time.
+    Commit(commit::Arguments),
     /// Lists the built-in materials.
     Materials(materials::Arguments),
     /// Checks propagation against closed forms and standards.
@@ -135,6 +138,7 @@ fn run(cli: Cli) -> Result<ExitCode> {
         Command::Render(arguments) => render::run(&arguments)?,
         Command::Rir(arguments) => rir::run(&arguments)?,
         Command::Inspect(arguments) => inspect::run(&arguments)?,
+        Command::Commit(arguments) => commit::run(&arguments)?,
         Command::Validate(arguments) => return validate::run(&arguments),
         Command::Soak(arguments) => soak::run(&arguments)?,
         #[cfg(feature = "play")]

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use foresound::Result;
 use foresound::scene::instances::{MOST_IN_A_PART, MOST_INSTANCES};
 use foresound::scene::{
-    InstanceId, InstancePose, MaterialTable, Scene, SceneSettings, TriangleMesh, procedural,
+    InstanceId, InstancePose, MaterialTable, MeshOptions, Scene, SceneSettings, TriangleMesh,
+    load_mesh, procedural,
 };
 use glam::{DVec3, Mat4, Quat, Vec3};
 
@@ -49,6 +50,28 @@ pub(crate) fn make(errors: &mut Errors) {
     coarse.acoustic_tolerance_m = Some(2.0);
     errors.of("a tolerance of two metres", commit(&room(), &coarse));
     parts(errors);
+    saved(errors);
+}
+
+/// Saved scenes.
+fn saved(errors: &mut Errors) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.fscene");
+    errors.of("a missing file", Scene::load(&path));
+    let scene = committed(&room());
+    errors.of("a folder that is none", scene.save(&path.join("below")));
+    scene.save(&path).expect("is saved");
+    errors.of("a saved scene", load_mesh(&path, &MeshOptions::default()));
+    let bytes = scene.to_bytes().expect("bytes");
+    for (at, value) in [(0, 0), (8, 0), (8, 99), (200, bytes[200] ^ 1)] {
+        let mut damaged = bytes.clone();
+        damaged[at] = value;
+        errors.of("damage", Scene::from_bytes(&damaged));
+    }
+    let mut whole = (*scene).clone();
+    let pose = InstancePose::at(InstanceId::default(), [1.0; 3]);
+    whole.add_instance(scene, &pose).expect("a part");
+    errors.of("a scene with parts", whole.to_bytes());
 }
 
 /// Squares in one plane, cut in two: `triangles` triangles and no diffracting edge.

@@ -1052,11 +1052,23 @@ namespace Foresound.Interop
 
         /// <summary>
         /// Builds a scene from a mesh file: OBJ or PLY, and glTF or GLB if the library is built with its feature `gltf`.
-        /// The file names materials. Else as foresound_scene_from_mesh.
+        /// The file names materials. Else as foresound_scene_from_mesh. Or loads a saved scene, for which the other arguments
+        /// mean nothing.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_scene_from_file", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SceneFromFile(
             byte* path, byte* materialsToml, SceneOptions* options, ulong progress, ulong* scene);
+
+        /// <summary>
+        /// Saves a scene to a file, which foresound_scene_from_file and foresound_scene_from_bytes load in a twentieth of the
+        /// time of its construction or less, on any machine. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_scene_save", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SceneSave(ulong scene, byte* path);
+
+        /// <summary>Loads a saved scene from the bytes of its file. Control thread.</summary>
+        [DllImport(Library, EntryPoint = "foresound_scene_from_bytes", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SceneFromBytes(byte* bytes, UIntPtr count, ulong* scene);
 
         /// <summary>Writes the properties of a scene. Control thread.</summary>
         [DllImport(Library, EntryPoint = "foresound_scene_info", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]

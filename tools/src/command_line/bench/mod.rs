@@ -2,6 +2,7 @@
 
 mod blocks;
 mod boxes;
+mod commit;
 mod dump;
 mod memory;
 mod ray_sets;
@@ -26,6 +27,8 @@ pub(crate) struct Arguments {
 enum What {
     /// Generation's share of a core, block by block, with a scene's own paths.
     Blocks(blocks::Arguments),
+    /// Committing a scene, saving it and loading it again.
+    Commit(commit::Arguments),
     /// Memory of an engine in a scene.
     Memory(memory::Arguments),
     /// Rays a second on one thread, over three fixed sets of rays.
@@ -47,6 +50,7 @@ fn share(values: &[f64], share: f64) -> f64 {
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     match &arguments.what {
         What::Blocks(arguments) => blocks::run(arguments),
+        What::Commit(arguments) => commit::run(arguments),
         What::Memory(arguments) => memory::run(arguments),
         What::Rays(arguments) => rays::run(arguments),
         What::Speed(arguments) => speed::run(arguments),

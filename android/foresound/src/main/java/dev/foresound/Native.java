@@ -50,6 +50,8 @@ final class Native {
     static native float progressRead(long progress);
     static native void progressCancel(long progress);
     static native long sceneFromFile(String path, String materialsToml, double[] options, long progress);
+    static native void sceneSave(long scene, String path);
+    static native long sceneFromBytes(byte[] bytes);
     static native void sceneInfo(long scene, double[] info);
     static native int rendererLatency(long renderer);
     static native int rendererChannels(long renderer);
