@@ -78,6 +78,7 @@ laws! {
     late_density "late/density"
     late_colour "late/colour"
     late_coherence "late/coherence"
+    late_level "late/level"
     partition "partition"
     late_slopes "late/slopes"
     late_direction "late/direction"

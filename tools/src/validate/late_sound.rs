@@ -22,7 +22,7 @@ use foresound::generation::{Generator, GeneratorSettings, Hrtf};
 use foresound::propagation::PropagationSettings;
 use foresound::scene::{ListenerPose, SourceId, SourcePose};
 
-const RATE_HZ: u32 = 48_000;
+pub(super) const RATE_HZ: u32 = 48_000;
 
 /// Length of a response in seconds.
 const LENGTH_S: f64 = 1.8;
@@ -107,7 +107,7 @@ impl Response {
 }
 
 /// The response of both ears to an impulse from the source in a slot.
-fn render(
+pub(super) fn render(
     frame: &FramePaths,
     hrtf: &Arc<Hrtf>,
     slot: usize,
@@ -306,7 +306,7 @@ fn correlation(part: &[f64], t60_s: f64) -> f64 {
 }
 
 /// Squared magnitudes of the spectrum of a signal padded to a length.
-fn power(signal: &[f64], length: usize) -> Vec<f64> {
+pub(super) fn power(signal: &[f64], length: usize) -> Vec<f64> {
     spectrum(signal, length)
         .iter()
         .map(|v| v.norm_sqr())

@@ -15,6 +15,7 @@ mod invariance;
 pub mod joining;
 mod late;
 pub mod late_figures;
+mod late_level;
 mod late_rooms;
 mod late_sound;
 mod leak;
@@ -102,7 +103,7 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 27] = [
+const LAWS: [(&str, Law); 28] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
@@ -123,6 +124,7 @@ const LAWS: [(&str, Law); 27] = [
     ("late/density", late_sound::density),
     ("late/colour", late_sound::colour),
     ("late/coherence", late_sound::coherence),
+    ("late/level", late_level::level),
     ("partition", late::partition),
     ("late/slopes", late::slopes),
     ("late/direction", late::direction),
