@@ -30,7 +30,8 @@ pub(crate) struct OutputStage {
     buses: OutputBuses,
     /// Gains of a signal without position in the first two channels, of its middle and its side: of the energy of two ears.
     bed_gains: [[f32; 2]; 2],
-    /// Frames until a fading stage is silent.
+    /// Whether the stage fades out, and frames until it is silent.
+    is_fading: bool,
     fade_left: u32,
 }
 
@@ -73,6 +74,7 @@ impl OutputStage {
                 _ if settings.layout == Layout::Mono => [[1.0; 2], [0.0; 2]],
                 _ => [[1.0; 2], [1.0, -1.0]],
             },
+            is_fading: false,
             fade_left: 0,
         }
     }
@@ -104,6 +106,7 @@ impl OutputStage {
             far_field.fade(context.left, context.ramp);
         }
         let tail = self.voices.tail_frames() + self.buses.tail_frames();
+        self.is_fading = true;
         self.fade_left = context.ramp + tail as u32;
     }
 
@@ -129,5 +132,81 @@ impl OutputStage {
         self.buses.finish(output, channels);
         let frames = (output.len() / channels) as u32;
         self.fade_left = self.fade_left.saturating_sub(frames);
+        // Voices that began to fade before the change may take longer.
+        if self.is_fading && self.voices.count() > 0 {
+            self.fade_left = self.fade_left.max(self.buses.tail_frames() as u32 + 1);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::extrapolation::{FramePath, FramePaths, PathKind};
+    use crate::generation::{Generator, synthetic_hrtf};
+    use crate::propagation::PathId;
+    use crate::scene::SourceId;
+    use glam::Vec3;
+
+    /// A path that ends within 8,000 frames goes on to do so in the old stage when the change comes with a short ramp.
+    #[test]
+    fn a_fade_before_the_change_is_not_cut() {
+        let settings = GeneratorSettings {
+            max_sources: 1,
+            max_voices: 8,
+            limiter: false,
+            late: false,
+            ..GeneratorSettings::default()
+        };
+        let set = synthetic_hrtf::bytes(settings.rate_hz);
+        let hrtf = Arc::new(Hrtf::parse(&set, "synthetic").unwrap());
+        let mut generator = Generator::new(settings.clone(), Arc::clone(&hrtf)).unwrap();
+        let mut sounding = FramePaths::default();
+        sounding.paths.push(FramePath {
+            id: PathId(1),
+            source: SourceId::new(0, 0),
+            kind: PathKind::Direct,
+            order: 0,
+            amplitude: [1.0; 8],
+            delay_s: 0.01,
+            air_delay_s: 0.01,
+            arrival: Vec3::NEG_Z,
+            departure: Vec3::ZERO,
+        });
+        let silent = FramePaths::default();
+        let (mut now, mut sound) = (0usize, Vec::new());
+        let mut block = |generator: &mut Generator| {
+            let input: Vec<f32> = (now..now + 256).map(|n| (0.02 * n as f32).sin()).collect();
+            let mut output = [0.0; 2 * 256];
+            generator.render(&[&input], &mut output);
+            sound.extend(output.iter().step_by(2));
+            now += 256;
+        };
+        generator.set_frame(&sounding, 256);
+        (0..20).for_each(|_| block(&mut generator));
+        generator.set_frame(&silent, 8000);
+        block(&mut generator);
+        let changed = GeneratorSettings {
+            layout: Layout::Stereo,
+            ..settings
+        };
+        let stage = OutputStage::new(&changed, &hrtf).unwrap();
+        generator.change_stage(Box::new(stage));
+        generator.set_frame(&silent, 256);
+        let mut retired = 0;
+        for number in 0..60 {
+            block(&mut generator);
+            if generator.take_retired_stage().is_some() {
+                retired = number;
+            }
+        }
+        // The old stage is kept for the 7,744 frames left of the fade.
+        assert!(retired >= 7744 / 256, "{retired}");
+        let largest = |part: &[f32]| {
+            let steps = part.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+            steps.fold(0.0, f32::max)
+        };
+        assert!(largest(&sound[3000..]) <= 1.01 * largest(&sound[3000..5000]));
+        assert!(sound[sound.len() - 256..].iter().all(|s| *s == 0.0));
     }
 }
