@@ -6,6 +6,7 @@
 //! canonical sequences, and valid sequences stay candidates for sixteen updates.
 
 pub mod amplitude;
+pub mod curved_reflection;
 pub mod diffraction;
 pub mod diffuse;
 pub mod endpoints;

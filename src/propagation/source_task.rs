@@ -4,6 +4,7 @@
 use glam::{DVec3, Vec3};
 
 use super::amplitude;
+use super::curved_reflection;
 use super::diffraction::{self, NearEdges, path_in_shadow, reflection_gain};
 use super::endpoints::Endpoints;
 use super::path::{LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
@@ -337,6 +338,10 @@ impl SourceTask {
                 near_edges: &near_edges,
             };
             self.validate_candidates(context, &query, index, scratch);
+            let (rays, paths) = (&mut self.rays, &mut self.paths);
+            let depth = update.settings.depth;
+            let mut push = |path| paths.push(path);
+            curved_reflection::find(update.scene, &query.endpoints, depth, rays, &mut push);
             self.add_paths_for_missing_reflections(&query);
             keep_loudest(&mut self.nearby);
         }

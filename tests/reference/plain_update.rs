@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
+use foresound::propagation::curved_reflection;
 use foresound::propagation::diffraction::{self, reflection_gain};
 use foresound::propagation::diffuse::{
     LateEstimator, ListenerField, RayScratch, SceneField, SourceRays, VisibilityCells,
@@ -264,6 +265,9 @@ impl PlainPropagator {
             &mut 0,
             &mut emit,
         );
+        // So do paths over curved surfaces; the law `mesh/curved` tests them.
+        let mut emit = |path| result.paths.push(path);
+        curved_reflection::find(&scene, &spot, settings.depth, &mut 0, &mut emit);
         let edges = near_edges.direct.as_slice().iter();
         result
             .direct_edges

@@ -86,13 +86,14 @@ laws! {
     late_steady "late/steady"
     thread_count "thread count"
     mesh "mesh"
+    mesh_curved "mesh/curved"
 }
 
-/// Rows that are not reached yet: paths over two edges begin all at once
-/// where the source is hidden, and of more than eight the quietest changes with another one. Patches forget the position
+/// Rows that are not reached yet: paths over two edges begin all at once where the source is hidden, and of more than eight the
+/// quietest changes with another one. What meets a dome twice is late energy, which is not focused again. Patches forget the position
 /// within them and a direction is one of twelve: the late field of long and flat rooms and of streets, and what returns from
 /// the live room into the dead one. A row that holds has to leave this list.
-const NOT_REACHED: [&str; 9] = [
+const NOT_REACHED: [&str; 10] = [
     "late/colour: 90 m3, T60 1.09 s, noise 0.03, point, spectrum",
     "mesh/noise: L-room, 10 cm, 5 mm, energy",
     "late/direction: corridor",
@@ -102,6 +103,7 @@ const NOT_REACHED: [&str; 9] = [
     "late/slopes: corridor, T30",
     "late/slopes: source dead, listener dead, T20",
     "continuity: ring of stones, largest step in 5 mm",
+    "mesh/curved: dome, 40 to 80 ms, against particles",
 ];
 
 fn holds(law: &str) {

@@ -7,6 +7,7 @@ use crate::extrapolation::geometric::frame_geometry::{FrameGeometry, GeometryAre
 use crate::extrapolation::geometric::line_extrapolation::PathLine;
 use crate::extrapolation::geometric::source_poses::FrameSource;
 use crate::propagation::amplitude::{apply_directivity, reflected};
+use crate::propagation::curved_reflection::CurvedSequence;
 use crate::propagation::diffraction::{DiffractionSequence, reflection_gain};
 use crate::propagation::image_source::image_path::{ImagePath, mirror_listener, unfold};
 use crate::propagation::image_source::sequence::{Precedence, Sequence};
@@ -62,6 +63,8 @@ pub enum PathGeometry {
     Reflection(Sequence),
     /// Edges, and surfaces before or after them.
     Diffraction(DiffractionSequence),
+    /// A curved surface, and planes before or after it.
+    Curved(CurvedSequence),
     /// Unknown: the path is held unchanged from its update.
     Unknown,
 }
@@ -78,7 +81,7 @@ impl PathRecipe {
     fn new(id: PathId, geometry: PathGeometry, scene: &Scene) -> Self {
         let order = match &geometry {
             PathGeometry::Reflection(sequence) => Precedence::of(scene, sequence),
-            PathGeometry::Diffraction(_) | PathGeometry::Unknown => Precedence::default(),
+            _ => Precedence::default(),
         };
         Self {
             id,
@@ -113,7 +116,10 @@ impl PathRecipe {
     pub(crate) fn nearby(path: &Path, scene: &Scene) -> Self {
         let geometry = match DiffractionSequence::of(scene, path) {
             Some(sequence) => PathGeometry::Diffraction(sequence),
-            None => PathGeometry::Reflection(Sequence::canonical(scene, path.surfaces())),
+            None => match CurvedSequence::of(scene, path) {
+                Some(sequence) => PathGeometry::Curved(sequence),
+                None => PathGeometry::Reflection(Sequence::canonical(scene, path.surfaces())),
+            },
         };
         Self::new(path.id, geometry, scene)
     }
@@ -144,7 +150,7 @@ impl Candidate {
             // A held path jumps between updates.
             PathGeometry::Unknown => return None,
             PathGeometry::Diffraction(sequence) => sequence.continued_reflection().is_none(),
-            PathGeometry::Reflection(_) => false,
+            PathGeometry::Reflection(_) | PathGeometry::Curved(_) => false,
         };
         let is_occluded = source.is_some_and(|source| source.is_occluded);
         let is_out = self.is_gone(inputs.scene) || is_masked && !is_occluded;
@@ -180,6 +186,13 @@ impl Candidate {
                     &self.listener,
                     scene,
                 ));
+            }
+            PathGeometry::Curved(sequence) => {
+                let path = sequence.between(scene, &source.endpoints, &self.path);
+                return path.map_or(FrameGeometry::Invalid, |path| {
+                    let from = source.endpoints.from;
+                    arena.push_held(FramePath::of(&path, from, inputs.listener, scene))
+                });
             }
             PathGeometry::Diffraction(sequence) => {
                 // Updates omit such paths if the direct path is visible.
@@ -265,7 +278,7 @@ impl Candidate {
             PathGeometry::Reflection(sequence) => {
                 sequence.path_id(scene, self.path.source) != self.path.id
             }
-            PathGeometry::Diffraction(_) | PathGeometry::Unknown => false,
+            PathGeometry::Diffraction(_) | PathGeometry::Curved(_) | PathGeometry::Unknown => false,
         };
         is_replaced || !self.path.surfaces().iter().all(exists)
     }

@@ -254,7 +254,7 @@ impl Merge<'_> {
         let limit = match candidate.geometry {
             PathGeometry::Diffraction(_) => RETAINED_UPDATES_DIFFRACTED,
             PathGeometry::Reflection(_) => RETAINED_UPDATES,
-            PathGeometry::Unknown => return false,
+            PathGeometry::Curved(_) | PathGeometry::Unknown => return false,
         };
         self.updates - candidate.valid_in <= limit
     }
@@ -273,7 +273,7 @@ impl Merge<'_> {
         // An update searches for other diffracted paths only if the direct path is blocked: otherwise absence is no test.
         let is_masked = match candidate.geometry {
             PathGeometry::Diffraction(sequence) => sequence.continued_reflection().is_none(),
-            PathGeometry::Reflection(_) | PathGeometry::Unknown => false,
+            _ => false,
         };
         if is_masked && !self.inputs.is_occluded(candidate.path.source) {
             state.tested = None;

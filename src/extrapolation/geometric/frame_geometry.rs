@@ -15,7 +15,7 @@ pub(crate) enum FrameGeometry {
     Unevaluated,
     /// Silent: a point is off its surface, the source does not exist, or it is visible and the path is diffracted.
     Invalid,
-    /// A path of unknown geometry, unchanged from its update.
+    /// A path of unknown geometry, unchanged from its update, or one over a curved surface.
     Held(u32),
     /// A linearly extrapolated path.
     Extrapolated(u32),

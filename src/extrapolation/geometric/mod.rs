@@ -310,7 +310,7 @@ impl GeometricPredictor {
                 PathGeometry::Diffraction(sequence) => {
                     self.diffracted.push((sequence, path));
                 }
-                PathGeometry::Reflection(_) | PathGeometry::Unknown => {
+                PathGeometry::Reflection(_) | PathGeometry::Curved(_) | PathGeometry::Unknown => {
                     if let [surface] = candidate.path.surfaces() {
                         let single = (candidate.path.source.bits(), *surface);
                         self.single_reflections.push(single);

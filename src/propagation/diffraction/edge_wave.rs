@@ -252,6 +252,8 @@ impl EdgePath<'_> {
                     edges[diffraction_order] = edge;
                     diffraction_order += 1;
                 }
+                // No edge's wave meets a curved surface.
+                Interaction::Curved(_) => {}
             }
         }
         let mut points = [Vec3::ZERO; MAX_ORDER];

@@ -3,6 +3,7 @@
 
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
+use crate::propagation::curved_reflection::MAX_COMBINED;
 use crate::propagation::diffuse::bounce_buffer::{
     BounceBuffer, BounceEnergy, BouncePacket, amplify_by, weight,
 };
@@ -141,6 +142,8 @@ struct RayState {
     represented: PerRay<f32>,
     /// Bit mask of the rays that were reflected by panels only, within the discrete depth.
     panels: u32,
+    /// Bit mask of the rays that were reflected by a curved surface last and before by one panel at most.
+    bent: u32,
     length_m: PerRay<f32>,
     /// The source's directivity as energy.
     squares: PerRay<BandArray>,
@@ -154,6 +157,7 @@ impl RayState {
         index: [0; PACKET_SIZE],
         represented: [1.0; PACKET_SIZE],
         panels: u32::MAX,
+        bent: 0,
         length_m: [0.0; PACKET_SIZE],
         squares: [[1.0; BANDS]; PACKET_SIZE],
         share: [[1.0; BANDS]; PACKET_SIZE],
@@ -214,9 +218,9 @@ impl RayState {
             self.rays.cast(scene, &mut packet.met);
         }
         let mut surfaces = [None; PACKET_SIZE];
-        self.gather_surfaces(scene, packet, &mut surfaces);
+        let mut discrete = self.gather_surfaces(scene, bounce.step, packet, &mut surfaces);
         if bounce.step >= from.depth {
-            self.panels = 0;
+            (self.panels, discrete) = (0, 0);
         }
         packet.mirrored = self.panels & packet.met.rays;
         for l in 0..PACKET_SIZE {
@@ -237,6 +241,9 @@ impl RayState {
             let reflected = scene.reflectance_of(surface).energy(cosines[lane]);
             let is_last = bounce.step + 1 == FAR_BOUNCES;
             let mut energy = self.reflect(lane, &reflected, scattering, is_last);
+            if discrete >> lane & 1 == 1 {
+                energy.leaving = energy.scattered;
+            }
             if !is_omni {
                 amplify_by(&mut energy, &self.squares[lane]);
             }
@@ -254,22 +261,41 @@ impl RayState {
         self.rays.normalize_or(&packet.normal);
     }
 
-    /// Surfaces hit and their normals; updates `panels`.
+    /// Surfaces hit and their normals; updates `panels` and `bent`. Returns the bit mask of the rays whose reflection
+    /// is a discrete path: at panels only, or at a curved surface with one panel before or after it
+    /// ([`crate::propagation::curved_reflection`]).
     #[inline(always)]
     fn gather_surfaces<'a>(
         &mut self,
         scene: &'a Scene,
+        step: usize,
         packet: &mut BouncePacket,
         surfaces: &mut PerRay<Option<&'a Surface>>,
-    ) {
-        let mut panels = 0;
+    ) -> u32 {
+        let (mut panels, mut curved, mut combined) = (0, 0, 0);
         for lane in lanes(packet.met.rays) {
             let surface = scene.surface(packet.met.surface[lane]);
+            let triangle = packet.met.triangle[lane];
             surfaces[lane] = Some(surface);
             put_vector(&mut packet.normal, lane, surface.normal.as_vec3());
-            panels |= u32::from(scene.is_panel(packet.met.triangle[lane])) << lane;
+            panels |= u32::from(scene.is_panel(triangle)) << lane;
+            let leg = vector(&self.rays.direction, lane) * packet.met.leg_m[lane];
+            let point = vector(&self.rays.origin, lane) + leg;
+            if let Some((index, normal)) = scene.smooth_normal(triangle, point.as_dvec3()) {
+                put_vector(&mut packet.normal, lane, normal.as_vec3());
+                curved |= 1 << lane;
+                combined |= u32::from((index as usize) < MAX_COMBINED) << lane;
+            }
         }
+        let (before, bent) = (self.panels, self.bent);
         self.panels &= panels;
+        let at_curved = match step {
+            0 => curved,
+            1 => combined & before,
+            _ => 0,
+        };
+        self.bent = at_curved & combined;
+        self.panels | at_curved | bent & panels
     }
 
     /// Reflects a ray's energy. What is left after the last bounce is scattered.
@@ -297,9 +323,6 @@ impl RayState {
         }
         if is_last {
             energy.scattered = energy.leaving;
-        }
-        if self.panels >> lane & 1 == 1 {
-            energy.leaving = energy.scattered;
         }
         energy
     }

@@ -25,6 +25,7 @@ pub(crate) const COMMUTING_COSINE: f64 = 1e-4;
 /// Top two bits of an interaction's key.
 const REFLECTION: u64 = 0;
 const EDGE: u64 = 1;
+const CURVED: u64 = 2;
 
 impl Sequence {
     /// The empty sequence: the direct path's.
@@ -131,6 +132,8 @@ pub enum Interaction {
     Surface(u32),
     /// Diffraction at an edge, by index.
     Edge(u32),
+    /// Reflection at a curved surface, by index.
+    Curved(u32),
 }
 
 /// Identity of the path along these interactions, from source to listener. The identity of a path without edges is that of
@@ -143,6 +146,10 @@ pub fn interaction_path_id(
     let key = |interaction| match interaction {
         Interaction::Surface(surface) => REFLECTION << 62 | scene.surface(surface).key >> 2,
         Interaction::Edge(edge) => EDGE << 62 | scene.edge(edge).key >> 2,
+        Interaction::Curved(index) => {
+            let curved = scene.curved_surfaces().get(index as usize);
+            CURVED << 62 | curved.map_or(0, |curved| curved.key) >> 2
+        }
     };
     let seed = u64::from(source.bits()) ^ 0x6a09_e667_f3bc_c908;
     let hash = fold(seed, interactions.map(key));

@@ -15,6 +15,7 @@ use super::commit::{CommittedMesh, RoughnessSettings, commit_rough_mesh};
 use super::edges::EdgeSet;
 use super::materials::MaterialTable;
 use super::mesh::{MOST_TRIANGLES, TriangleMesh};
+use super::surface::curved::CurvedSurface;
 use super::surface::finite_panel::{FinitePanel, FinitePanels};
 use super::surface::{Surface, SurfaceSet};
 use super::weld::IntakeReport;
@@ -319,6 +320,25 @@ impl Scene {
             Some(closed) => *closed,
             None => self.instance_is_in_closed_part(triangle),
         }
+    }
+
+    /// Curved reflectors of the fixed part, largest first.
+    pub fn curved_surfaces(&self) -> &[CurvedSurface] {
+        &self.mesh.surfaces.curved.list
+    }
+
+    /// Index of a facet's curved reflector and the smooth surface's unit normal at a point of it, in local coordinates.
+    #[inline]
+    pub(crate) fn smooth_normal(&self, triangle: u32, point: DVec3) -> Option<(u32, DVec3)> {
+        let index = self.curved_surface_of(triangle)?;
+        let shape = &self.curved_surfaces()[index as usize].shape;
+        Some((index, shape.normal(point)))
+    }
+
+    /// Index of the curved reflector that a triangle belongs to.
+    #[inline]
+    pub fn curved_surface_of(&self, triangle: u32) -> Option<u32> {
+        self.mesh.surfaces.curved.of_triangle(triangle)
     }
 
     /// The surface that a triangle belongs to.

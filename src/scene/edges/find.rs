@@ -46,7 +46,11 @@ pub(super) fn find(
     let mut segments = Vec::new();
     for same in sides.chunk_by(|a, b| a.0 == b.0) {
         let surface = |side: u32| surfaces.triangle_surface[(side / 3) as usize];
-        let flat = same.len() == 2 && surface(same[0].1) == surface(same[1].1);
+        let curved = |side: u32| surfaces.curved.of_triangle(side / 3);
+        // Neighbours in a plane or in a curved surface.
+        let flat = same.len() == 2
+            && (surface(same[0].1) == surface(same[1].1)
+                || curved(same[0].1).is_some() && curved(same[0].1) == curved(same[1].1));
         if flat || !same.iter().any(|&(_, side)| surfaces.is_panel(side / 3)) {
             continue;
         }

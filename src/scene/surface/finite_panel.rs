@@ -386,22 +386,22 @@ mod tests {
         assert!(scene.finite_panel_at(board, local(2.1), true).is_none());
     }
 
-    /// Facets turn by 30 degrees; from inside they form a room.
+    /// Facets turn by 36 degrees, too much for a round column; from inside they form a room.
     #[test]
     fn the_facets_of_a_column_are_free_outside_only() {
         let mut mesh = TriangleMesh::default();
         mesh.material("concrete");
         let ring = |height: f32| {
-            let angles = (0..12u8).map(|i| std::f32::consts::TAU * f32::from(i) / 12.0);
+            let angles = (0..10u8).map(|i| std::f32::consts::TAU * f32::from(i) / 10.0);
             angles.map(move |a| Vec3::new(0.5 * a.cos(), height, 0.5 * a.sin()))
         };
         mesh.vertices.extend(ring(0.0).chain(ring(6.0)));
-        for i in 0..12 {
-            let next = (i + 1) % 12;
-            mesh.triangles.push([i, next, 12 + i]);
-            mesh.triangles.push([next, 12 + next, 12 + i]);
+        for i in 0..10 {
+            let next = (i + 1) % 10;
+            mesh.triangles.push([i, next, 10 + i]);
+            mesh.triangles.push([next, 10 + next, 10 + i]);
         }
-        mesh.triangle_materials.resize(24, 0);
+        mesh.triangle_materials.resize(20, 0);
         let scene = commit(&mesh);
         for (index, facet) in scene.surfaces().iter().enumerate() {
             let centre = scene.to_local(Vec3::new(0.0, 3.0, 0.0));
@@ -411,7 +411,7 @@ mod tests {
             assert!(seen(height_m > 0.0).is_none());
             let sides = seen(height_m < 0.0).expect("free outside").sides;
             assert!(
-                (sides[0].length() - 6.0).abs() < 1e-3 && (sides[1].length() - 0.2588).abs() < 1e-3
+                (sides[0].length() - 6.0).abs() < 1e-3 && (sides[1].length() - 0.309).abs() < 1e-3
             );
         }
     }

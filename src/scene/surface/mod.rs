@@ -3,6 +3,7 @@
 //! Control side to build; queries are wait-free. The floors of two rooms are one surface: a path keeps its identity while
 //! the listener walks through a door. Own; the tolerances are [`SAME_PLANE_ANGLE_DEG`] and [`SAME_PLANE_DISTANCE_M`].
 
+pub mod curved;
 pub mod finite_panel;
 mod grid;
 mod group;
@@ -13,6 +14,7 @@ use glam::{DVec3, Vec3};
 
 use super::mesh::TriangleMesh;
 use crate::binary::{are_below, stored};
+use curved::CurvedSurfaces;
 use grid::Grids;
 pub use grid::INSIDE_TOLERANCE_M;
 pub use group::{SAME_PLANE_ANGLE_DEG, SAME_PLANE_DISTANCE_M};
@@ -69,6 +71,8 @@ pub struct SurfaceSet {
     pub triangles: Vec<u32>,
     /// Whether each triangle of the mesh belongs to a panel.
     triangle_in_panel: Vec<bool>,
+    /// Regions of facets that reflect as a smooth surface; they belong to no panel.
+    pub(in crate::scene) curved: CurvedSurfaces,
     grids: Grids,
 }
 
@@ -130,7 +134,11 @@ impl SurfaceSet {
             next.push(first);
             first += surface.triangle_count;
         }
-        let triangle_in_panel = panel::large_enough(mesh, &triangle_surface, min_panel_m2);
+        let curved = CurvedSurfaces::find(mesh, centre, vertices, min_panel_m2);
+        let mut triangle_in_panel = panel::large_enough(mesh, &triangle_surface, min_panel_m2);
+        for (triangle, in_panel) in (0..).zip(&mut triangle_in_panel) {
+            *in_panel &= curved.of_triangle(triangle).is_none();
+        }
         let mut triangles = vec![0u32; mesh.triangles.len()];
         // Those of panels first.
         for panels in [true, false] {
@@ -150,6 +158,7 @@ impl SurfaceSet {
             triangle_surface,
             triangles,
             triangle_in_panel,
+            curved,
             grids,
         }
     }
@@ -194,6 +203,7 @@ impl SurfaceSet {
             + size_of_val(self.triangle_surface.as_slice())
             + size_of_val(self.triangles.as_slice())
             + self.triangle_in_panel.len()
+            + self.curved.memory_bytes()
             + self.grids.memory_bytes()
     }
 
@@ -224,6 +234,7 @@ stored!(SurfaceSet {
     triangle_surface: Vec<u32>,
     triangles: Vec<u32>,
     triangle_in_panel: Vec<bool>,
+    curved: CurvedSurfaces,
     grids: Grids,
 });
 
@@ -242,6 +253,7 @@ impl SurfaceSet {
         let mut surfaces = self.surfaces.iter();
         lists == [triangles; 2]
             && self.triangle_in_panel.len() == triangles
+            && self.curved.is_consistent(triangles)
             && surfaces.all(is_in_order)
             && end == triangles as u64
             && are_below(&self.triangle_surface, self.surfaces.len())

@@ -54,6 +54,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         let value = json!({
             "triangles": report.triangles,
             "surfaces": scene.surfaces().len(),
+            "curved_surfaces": scene.curved_surfaces().len(),
             "acoustic_tolerance_m": scene.acoustic_tolerance_m(),
             "flattened_regions": scene.flattened_regions(),
             "area_m2": area_m2,
@@ -83,6 +84,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         report.triangles_in
     );
     outln!("  surfaces    {}", scene.surfaces().len());
+    if !scene.curved_surfaces().is_empty() {
+        outln!(
+            "  curved      {} of spheres and cylinders",
+            scene.curved_surfaces().len()
+        );
+    }
     if scene.flattened_regions() > 0 {
         outln!(
             "  flattened   {} rough regions, within {:.0} mm",

@@ -20,6 +20,7 @@ mod late_rooms;
 mod late_sound;
 mod leak;
 mod mesh;
+mod mesh_curved;
 mod mesh_rooms;
 pub mod recall;
 mod recall_rooms;
@@ -103,7 +104,7 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 28] = [
+const LAWS: [(&str, Law); 29] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
@@ -132,6 +133,7 @@ const LAWS: [(&str, Law); 28] = [
     ("late/steady", late::steady),
     ("thread count", thread_count::rows),
     ("mesh", mesh::rows),
+    ("mesh/curved", mesh_curved::rows),
 ];
 
 /// Names of all laws.

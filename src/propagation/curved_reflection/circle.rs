@@ -1,0 +1,128 @@
+//! Stationary paths over a circle (Alhazen's problem): where a path from one point to another by way of the circle neither
+//! lengthens nor shortens. There are up to four.
+//!
+//! Pure arithmetic, any thread, bounded.
+
+use std::f64::consts::TAU;
+
+use glam::DVec2;
+
+/// Positions around the circle between which the slope's sign is compared: two stationary paths closer than this are missed,
+/// next to a caustic, where they are about to vanish.
+const SAMPLES: usize = 64;
+
+/// Halvings of an interval at most, by the secant where it converges.
+const STEPS: usize = 48;
+
+/// Width in radians at which an interval has converged.
+const CONVERGED: f64 = 1e-6;
+
+/// Steps of Newton's method, its longest one and the least one that it goes on for, in radians.
+const NEWTON_STEPS: usize = 10;
+const LONGEST_STEP: f64 = 0.2;
+const LEAST_STEP: f64 = 1e-14;
+
+/// Difference of angles for the slope's own slope.
+const APART: f64 = 1e-4;
+
+/// Slope of a path's length with the angle, per radius.
+fn slope(from: DVec2, to: DVec2, radius_m: f64, angle: f64) -> f64 {
+    let (sin, cos) = angle.sin_cos();
+    let (point, tangent) = (radius_m * DVec2::new(cos, sin), DVec2::new(-sin, cos));
+    let towards = (point - from).normalize_or_zero() + (point - to).normalize_or_zero();
+    tangent.dot(towards)
+}
+
+/// Calls `found` with the angles of all stationary paths over a circle about the origin.
+pub(super) fn stationary(from: DVec2, to: DVec2, radius_m: f64, mut found: impl FnMut(f64)) {
+    let step = TAU / SAMPLES as f64;
+    // Off the axes, on which symmetric scenes have their zeros.
+    let angle = |index: usize| step * (index as f64 + 0.371);
+    let mut before = slope(from, to, radius_m, angle(0));
+    for index in 1..=SAMPLES {
+        let after = slope(from, to, radius_m, angle(index));
+        if (before < 0.0) != (after < 0.0) {
+            let ends = [(angle(index - 1), before), (angle(index), after)];
+            let root = root(|at| slope(from, to, radius_m, at), ends);
+            if let Some(root) = near(from, to, radius_m, root) {
+                found(root);
+            }
+        }
+        before = after;
+    }
+}
+
+/// The stationary path near an angle, by Newton's method; none where it does not converge, such as where the direction to an
+/// end point on the circle jumps.
+pub(super) fn near(from: DVec2, to: DVec2, radius_m: f64, mut angle: f64) -> Option<f64> {
+    let slope = |angle: f64| slope(from, to, radius_m, angle);
+    for _ in 0..NEWTON_STEPS {
+        let rise = (slope(angle + APART) - slope(angle - APART)) / (2.0 * APART);
+        let step = (slope(angle) / rise).clamp(-LONGEST_STEP, LONGEST_STEP);
+        if !step.is_finite() {
+            return None;
+        }
+        angle -= step;
+        if step.abs() < LEAST_STEP {
+            break;
+        }
+    }
+    (slope(angle).abs() < 1e-9).then_some(angle)
+}
+
+/// A zero between two arguments with values of different signs: regula falsi of Illinois.
+fn root(of: impl Fn(f64) -> f64, [mut low, mut high]: [(f64, f64); 2]) -> f64 {
+    let mut side = 0;
+    for _ in 0..STEPS {
+        let width = high.0 - low.0;
+        if width.abs() < CONVERGED {
+            break;
+        }
+        let at = low.0 - low.1 * width / (high.1 - low.1);
+        let value = of(at);
+        if value == 0.0 {
+            return at;
+        }
+        if (value < 0.0) == (low.1 < 0.0) {
+            low = (at, value);
+            high.1 *= if side == 1 { 0.5 } else { 1.0 };
+            side = 1;
+        } else {
+            high = (at, value);
+            low.1 *= if side == 2 { 0.5 } else { 1.0 };
+            side = 2;
+        }
+    }
+    match low.1.abs() < high.1.abs() {
+        true => low.0,
+        false => high.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_of_incidence_and_reflection_are_equal() {
+        let mut most = 0;
+        for number in 0..200u32 {
+            let unit = |k: u32| {
+                let n = (number * 7 + k).wrapping_mul(2_654_435_761) >> 8;
+                f64::from(n) / f64::from(1u32 << 24) * 6.0 - 3.0
+            };
+            let (from, to) = (DVec2::new(unit(0), unit(1)), DVec2::new(unit(2), unit(3)));
+            let mut count = 0;
+            stationary(from, to, 2.0, |angle| {
+                count += 1;
+                let point = 2.0 * DVec2::from_angle(angle);
+                let along = DVec2::from_angle(angle).perp();
+                let [a, b] = [from, to].map(|end| (end - point).normalize().dot(along));
+                assert!((a + b).abs() < 1e-9, "{number}: {a} {b}");
+            });
+            assert!(count >= 2, "{number}: the shortest and the longest");
+            most = most.max(count);
+        }
+        assert_eq!(most, 4);
+    }
+}
