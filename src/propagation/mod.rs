@@ -20,6 +20,7 @@ mod scene_revision;
 pub mod settings;
 mod source_task;
 pub mod transmission;
+pub mod update_scope;
 pub mod workers;
 
 pub use crate::propagation::propagator::Propagator;
@@ -30,4 +31,5 @@ pub use path::{
     ReflectionEdge,
 };
 pub use settings::PropagationSettings;
+pub use update_scope::UpdateScope;
 pub use workers::{MOST_WORKERS, Serial, Workers};

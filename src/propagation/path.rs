@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::late_group::{LATE_GROUPS, LateGroup};
+use crate::propagation::update_scope::UpdateScope;
 use crate::scene::{InstancePose, ListenerPose, SourceId, SourcePose};
 
 /// Highest reflection order of a path (the paper's depth).
@@ -150,6 +151,8 @@ pub struct PathSet {
     pub listener: ListenerPose,
     /// The sources, in the caller's order.
     pub sources: Vec<SourcePose>,
+    /// What was searched for: a path outside of it is not in the set, or as of the update before.
+    pub scope: UpdateScope,
     /// The poses of the scene's instances, by slot.
     pub instances: Vec<InstancePose>,
     /// Valid paths, sorted by [`Path::id`].

@@ -25,6 +25,7 @@ use crate::propagation::settings::PropagationSettings;
 use crate::propagation::source_task::{
     PredictedPosition, ReflectionContext, Scratch, SourceTask, UpdateContext,
 };
+use crate::propagation::update_scope::UpdateScope;
 use crate::propagation::workers::{Serial, Workers};
 use crate::scene::{ListenerPose, Scene, SourcePose};
 
@@ -104,11 +105,15 @@ pub struct Propagator {
     update: u64,
     /// Directions before rotation.
     guide_directions: Vec<Vec3>,
+    /// Those of updates with fewer guide rays.
+    few_directions: Vec<Vec3>,
     source_directions: Vec<Vec3>,
     shares: Vec<GuideShare>,
     guide: SequenceSet,
     history: DiscoveryHistory,
     nearby_m: Option<f64>,
+    /// Of the next update.
+    scope: UpdateScope,
     candidates: Vec<CandidateCull>,
     /// Positions of the update's sources in local coordinates.
     source_positions: Vec<DVec3>,
@@ -150,11 +155,13 @@ impl Propagator {
             quality: PropagationQuality::full(&settings),
             update: 0,
             guide_directions: lattice(count),
+            few_directions: Vec::new(),
             source_directions: lattice(settings.source_rays),
             shares: (0..SHARES).map(share).collect(),
             guide: SequenceSet::with_capacity(capacity),
             history: DiscoveryHistory::default(),
             nearby_m: None,
+            scope: UpdateScope::default(),
             candidates: (0..SHARES)
                 .map(|_| CandidateCull::with_capacity(capacity.div_ceil(SHARES)))
                 .collect(),
@@ -205,6 +212,11 @@ impl Propagator {
     /// metres (0 or more). `None`, the initial value, disables it.
     pub fn set_nearby_radius(&mut self, radius_m: Option<f64>) {
         self.nearby_m = radius_m;
+    }
+
+    /// Limits the next update, and only that one.
+    pub fn set_scope(&mut self, scope: UpdateScope) {
+        self.scope = scope;
     }
 
     /// Sets further listener positions (world coordinates, metres) at which the next updates estimate late energy, in
@@ -283,6 +295,18 @@ impl Propagator {
                 there.field.invalidate();
             }
         }
+        let scope = std::mem::take(&mut self.scope);
+        let depth = scope.depth(self.active_settings.depth);
+        let most = self.guide_directions.len() as u32;
+        let guide_directions = match scope.guide_rays.filter(|count| *count < most) {
+            Some(count) => {
+                if self.few_directions.len() != count as usize {
+                    fill_lattice(&mut self.few_directions, count);
+                }
+                &self.few_directions
+            }
+            None => &self.guide_directions,
+        };
         let field = &self.field;
         cell_rays += self.cells.renew(scene, ear.as_vec3(), scene_state);
         cell_rays +=
@@ -311,12 +335,14 @@ impl Propagator {
             predicted: &self.predicted,
             nearby_m: self.nearby_m,
             directions: &self.source_directions,
+            scope: &scope,
+            depth,
         };
         let guide_rays = GuideRays {
             origin: ear,
             rotation: rotation(self.update, self.active_settings.seed),
-            directions: &self.guide_directions,
-            depth: self.active_settings.depth,
+            directions: guide_directions,
+            depth,
         };
         // Sources first: each is a larger piece of work than a share of the guide rays.
         workers.for_both(
@@ -331,8 +357,7 @@ impl Propagator {
         }
         let nearby = self.nearby_m.is_some();
         self.history
-            .merge(scene, self.update, nearby, &mut self.guide);
-        let depth = self.active_settings.depth;
+            .merge(scene, self.update, (nearby, depth), &mut self.guide);
         expand(scene, self.update, depth, &mut self.guide);
         let sequences = self.guide.entries();
         self.source_positions.clear();
@@ -364,6 +389,7 @@ impl Propagator {
         result.update = self.update;
         result.time_s = time_s;
         result.listener = *listener;
+        result.scope = scope;
         self.update += 1;
     }
 

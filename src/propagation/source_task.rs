@@ -23,12 +23,16 @@ use crate::propagation::image_source::validation_queue::{Unvalidated, Validation
 use crate::propagation::image_source::window_cull::CandidateCull;
 use crate::propagation::quality_level::PropagationQuality;
 use crate::propagation::rays::directions::{ROTATIONS, rotation};
+use crate::propagation::update_scope::UpdateScope;
 use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
 /// Most rotations that a moving source recasts in one update: as many as a source at rest. A walking source leaves one of its
 /// ray origins every hundredth of a second.
 const MAX_CAST_ROTATIONS: usize = 1;
+
+/// Most rotations that a source recasts in one update after a jump: none of those cast elsewhere counts.
+const CAST_AFTER_JUMP: usize = 2;
 
 /// Largest coordinate of source and listener in metres. Rays are in single precision, which represents its
 /// square. A position beyond it or a non-finite one has no path.
@@ -80,6 +84,9 @@ pub(super) struct UpdateContext<'a> {
     pub(super) nearby_m: Option<f64>,
     /// Directions of the source rays before rotation.
     pub(super) directions: &'a [Vec3],
+    /// What is searched for, and the highest reflection order of the search.
+    pub(super) scope: &'a UpdateScope,
+    pub(super) depth: usize,
 }
 
 /// Input of the second half of an update.
@@ -128,6 +135,10 @@ pub(super) struct SourceTask {
     last_position: Option<DVec3>,
     /// Whether its source was removed.
     pub(super) is_idle: bool,
+    /// Whether it is searched for in this update.
+    is_searched: bool,
+    /// Rotations that are still to be cast since it was put elsewhere.
+    missing_rotations: usize,
     late: LateEstimator,
     cache: ValidCache,
     occluders: OccluderCache,
@@ -153,6 +164,8 @@ impl SourceTask {
             id,
             last_position: None,
             is_idle: false,
+            is_searched: false,
+            missing_rotations: 0,
             late: LateEstimator::default(),
             cache: ValidCache::with_capacity(settings.cache_capacity),
             occluders: OccluderCache::default(),
@@ -179,6 +192,7 @@ impl SourceTask {
         self.is_idle = false;
         self.late = LateEstimator::default();
         self.late_energy = None;
+        self.missing_rotations = 0;
         self.cache.clear();
     }
 
@@ -192,6 +206,12 @@ impl SourceTask {
         scratch: &mut Scratch,
     ) {
         self.rays = 0;
+        self.is_searched = self.late_energy.is_none() || context.scope.has_source(self.id);
+        if context.scope.jumped.contains(&self.id) {
+            self.late = LateEstimator::default();
+            self.missing_rotations = ROTATIONS as usize;
+            self.last_position = None;
+        }
         let slot = pose.id.slot() as u64;
         let turn = match self.late_energy {
             // A new source is due at once.
@@ -203,7 +223,9 @@ impl SourceTask {
             Some(turn) => self.update_late(context, index, pose, turn, &mut scratch.rays),
             None => self.predicted_late.clear(),
         }
-        self.find_direct_and_diffracted(context, pose);
+        if self.is_searched {
+            self.find_direct_and_diffracted(context, pose);
+        }
     }
 
     fn find_direct_and_diffracted(&mut self, context: &UpdateContext<'_>, pose: &SourcePose) {
@@ -224,7 +246,7 @@ impl SourceTask {
 
     /// Collects the source's own candidates: those of its rays and those valid before, without those of the guide rays.
     fn collect_own(&self, context: &ReflectionContext<'_>, own: &mut SequenceSet) {
-        let (scene, depth) = (context.update.scene, context.update.settings.depth);
+        let (scene, depth) = (context.update.scene, context.update.depth);
         own.clear();
         let add = |own: &mut SequenceSet, sequence: Sequence| {
             let hash = sequence.hash();
@@ -269,9 +291,16 @@ impl SourceTask {
         let last = self.last_position.replace(position);
         let moves = last.is_some_and(|last| last != position);
         let is_audible = pose.settings.effects.late;
+        let missing = self.missing_rotations;
+        self.missing_rotations = match context.nearby_m {
+            Some(_) => 0,
+            None => missing.saturating_sub(CAST_AFTER_JUMP),
+        };
         let mut late_at =
             |source: DVec3, listener: DVec3, cells: &VisibilityCells, field: &ListenerField| {
                 let mut left = match (moves, context.nearby_m) {
+                    (false, None) if missing > 0 => CAST_AFTER_JUMP,
+                    (false, Some(_)) if missing > 0 => ROTATIONS as usize,
                     (false, _) => 1,
                     (true, None) => MAX_CAST_ROTATIONS,
                     (true, Some(_)) => ROTATIONS as usize,
@@ -328,6 +357,10 @@ impl SourceTask {
         scratch: &mut Scratch,
     ) {
         let update = &context.update;
+        if !self.is_searched {
+            self.nearby.clear();
+            return;
+        }
         if pose.settings.effects.reflections && is_in_range(update, pose) {
             let default_m = f64::from(update.settings.min_distance_m);
             let near_edges = self.near_edges;

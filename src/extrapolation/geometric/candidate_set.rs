@@ -3,7 +3,8 @@
 //! An update lists the paths that are valid at its poses. Its visibility replaces a candidate's own if it describes a later
 //! graphics frame than the candidate's last test; visibility at a position that the listener did not reach is a hint.
 //! Nearby paths of an update are kept, silent, until a ray finds them visible or an update omits them. Candidates that an
-//! update omits are kept for some updates. A long update is merged in parts.
+//! update omits are kept for some updates. An update after a jump ([`crate::propagation::UpdateScope`]) adds what it has found
+//! and tests nothing beyond its scope. A long update is merged in parts.
 
 use crate::extrapolation::frame::energy;
 use crate::extrapolation::geometric::FrameInputs;
@@ -14,6 +15,7 @@ use crate::extrapolation::geometric::prepared_update::PreparedUpdate;
 use crate::extrapolation::geometric::update_dating::UpdateEpoch;
 use crate::extrapolation::work_budget::{WorkBudget, cost};
 use crate::propagation::{Path, PathSet};
+use crate::scene::SourceId;
 
 /// Most candidates over all sources; a full set drops the last by identity.
 const CAPACITY: usize = 32_768;
@@ -72,7 +74,7 @@ impl CandidateSet {
             update,
             prepared,
             inputs,
-            updates: self.updates + 1,
+            updates: self.updates + u64::from(update.scope.is_whole()),
             old: (&self.candidates, &self.states),
             next: &mut self.next,
             progress: self.progress,
@@ -89,8 +91,18 @@ impl CandidateSet {
         }
         std::mem::swap(&mut self.candidates, &mut self.next.candidates);
         std::mem::swap(&mut self.states, &mut self.next.states);
-        self.updates += 1;
+        // Candidates do not age by an update that did not look for them.
+        self.updates += u64::from(update.scope.is_whole());
         true
+    }
+
+    /// Makes the visibility of all candidates unknown whose listener or source was put elsewhere: the next rays test them.
+    pub(crate) fn forget_visibility(&mut self, frame: u64, has_jumped: impl Fn(SourceId) -> bool) {
+        for (candidate, state) in self.candidates.iter().zip(&mut self.states) {
+            if has_jumped(candidate.path.source) {
+                (state.tested, state.changed) = (None, frame);
+            }
+        }
     }
 }
 
@@ -161,12 +173,17 @@ impl Merge<'_> {
     /// Keeps or drops the next candidate by identity; returns whether there was one.
     fn step(&mut self) -> bool {
         let progress = &mut self.progress;
-        let paths = &self.update.paths;
-        while paths
-            .get(progress.path)
-            .is_some_and(Path::is_frame_validated)
-        {
-            progress.path += 1;
+        let (paths, scope) = (&self.update.paths, &self.update.scope);
+        while let Some(path) = paths.get(progress.path) {
+            if path.is_frame_validated() {
+                progress.path += 1;
+            } else if !scope.has_source(path.source) {
+                // As of the update before, which has been merged.
+                progress.path += 1;
+                progress.recipe += 1;
+            } else {
+                break;
+            }
         }
         let valid = paths.get(progress.path);
         let nearby = self.update.nearby.get(progress.nearby);
@@ -264,6 +281,9 @@ impl Merge<'_> {
         &mut self,
         (candidate, state): Old<'_>,
     ) -> Option<(&mut Candidate, &mut VisibilityState)> {
+        if !self.update.scope.covers(&candidate.path) {
+            return self.next.push(candidate, state);
+        }
         if !self.is_retained(candidate) {
             return None;
         }

@@ -25,6 +25,8 @@ mod source_poses;
 pub mod update_dating;
 pub mod visibility_scheduler;
 
+use glam::Vec3;
+
 use crate::extrapolation::frame::FramePath;
 use crate::extrapolation::scene_pair::has_moved;
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
@@ -45,6 +47,9 @@ use crate::extrapolation::geometric::frame_geometry::{FrameGeometry, GeometryAre
 use crate::extrapolation::geometric::source_poses::FrameSources;
 use crate::extrapolation::geometric::update_dating::ListenerHistory;
 use crate::extrapolation::geometric::visibility_scheduler::VisibilityScheduler;
+
+/// Distance in metres between two graphics frames from which the visibility of all paths is unknown: who moves is slower.
+const JUMP_M: f32 = 1.0;
 
 /// The inputs of one graphics frame.
 #[derive(Debug, Clone, Copy)]
@@ -213,8 +218,20 @@ impl GeometricPredictor {
     /// Begins a graphics frame, and the merge of a new update.
     fn begin(&mut self, arrived: Option<(&PathSet, &PreparedUpdate)>, inputs: &FrameInputs<'_>) {
         self.exact_every = self.next_exact_every;
-        self.history.push(inputs.listener.position);
-        self.sources.update(inputs);
+        let listener = inputs.listener.position;
+        let is_far = |a: Vec3, b: Vec3| a.distance_squared(b) > JUMP_M * JUMP_M;
+        let listener_jumped = self
+            .history
+            .last()
+            .is_some_and(|last| is_far(last, listener));
+        self.history.push(listener);
+        let source_jumped = self.sources.update(inputs, is_far);
+        if listener_jumped || source_jumped {
+            let sources = &self.sources;
+            self.set.forget_visibility(self.frame, |source| {
+                listener_jumped || sources.get(source).is_some_and(|source| source.has_jumped)
+            });
+        }
         if let Some((update, _)) = arrived {
             let mut epoch = self.history.date(update.listener.position, self.frame);
             // The listener's position does not date an update if instances have moved since.

@@ -1,12 +1,12 @@
 //! The sources in one graphics frame, transformed once per frame instead of once per path.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::extrapolation::frame::allows;
 use crate::extrapolation::geometric::FrameInputs;
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::{Path, ReflectionEdge};
-use crate::scene::SourceId;
+use crate::scene::{SourceId, SourcePose};
 
 /// One source in the present graphics frame.
 #[derive(Debug, Clone, Copy)]
@@ -19,6 +19,8 @@ pub(crate) struct FrameSource {
     pub(crate) is_finite: bool,
     /// Whether the direct path is blocked.
     pub(crate) is_occluded: bool,
+    /// Whether it was put elsewhere since the last graphics frame.
+    pub(crate) has_jumped: bool,
     /// Range of its edges in [`FrameInputs::reflection_edges`].
     reflection_edges: (usize, usize),
 }
@@ -44,26 +46,43 @@ impl FrameSource {
 #[derive(Debug, Default)]
 pub(crate) struct FrameSources {
     sources: Vec<FrameSource>,
+    /// Those of the graphics frame before.
+    last: Vec<FrameSource>,
 }
 
 impl FrameSources {
     /// Reserves capacity for this many sources.
     pub(crate) fn reserve(&mut self, sources: usize) {
         self.sources.reserve(sources);
+        self.last.reserve(sources);
     }
 
-    /// Sets the poses of a graphics frame.
-    pub(crate) fn update(&mut self, inputs: &FrameInputs<'_>) {
+    /// Sets the poses of a graphics frame; returns whether a source has jumped: its last position is far.
+    pub(crate) fn update(
+        &mut self,
+        inputs: &FrameInputs<'_>,
+        is_far: impl Fn(Vec3, Vec3) -> bool,
+    ) -> bool {
         let to = inputs.listener.position;
         let poses = inputs.sources.iter().enumerate();
+        std::mem::swap(&mut self.sources, &mut self.last);
         self.sources.clear();
+        let last = &self.last;
+        let has_jumped = |index: usize, pose: &SourcePose| {
+            let own = |last: &&FrameSource| last.endpoints.source.id == pose.id;
+            let likely = last.get(index).filter(own);
+            let last = likely.or_else(|| last.iter().find(own));
+            last.is_some_and(|last| is_far(last.endpoints.from, pose.position))
+        };
         self.sources.extend(poses.map(|(index, pose)| FrameSource {
             endpoints: Endpoints::of(pose, to, inputs.min_distance_m),
             local: [pose.position, to].map(|position| inputs.scene.to_local(position)),
             is_finite: pose.position.is_finite() && to.is_finite(),
             is_occluded: inputs.occluded.get(index).is_some_and(|occluded| *occluded),
+            has_jumped: has_jumped(index, pose),
             reflection_edges: range_of(inputs.reflection_edges, pose.id),
         }));
+        self.sources.iter().any(|source| source.has_jumped)
     }
 
     /// A source of this frame. Poses are mostly in the order of their slots: the slot is tested first.

@@ -45,6 +45,11 @@ impl ListenerHistory {
         self.count = (self.count + 1).min(HISTORY_FRAMES);
     }
 
+    /// The newest position.
+    pub(crate) fn last(&self) -> Option<Vec3> {
+        self.positions[..self.count].first().copied()
+    }
+
     /// Dates an update computed for a listener at `position`; `frame` is the present graphics frame. Real-time.
     pub fn date(&self, position: Vec3, frame: u64) -> UpdateEpoch {
         let positions = &self.positions[..self.count];

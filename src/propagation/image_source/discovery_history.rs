@@ -65,8 +65,15 @@ impl DiscoveryHistory {
     /// ([`crate::propagation::Propagator::set_nearby_radius`]). Other updates try [`MAX_CANDIDATES`].
     pub const CAPACITY: usize = 4096;
 
-    /// Stores the sequences of `guide`, which rays hit in this update, and appends those of earlier ones while capacity remains.
-    pub fn merge(&mut self, scene: &Scene, update: u64, nearby: bool, guide: &mut SequenceSet) {
+    /// Stores the sequences of `guide`, which rays hit in this update, and appends those of earlier ones, up to `depth`
+    /// surfaces, while capacity remains.
+    pub fn merge(
+        &mut self,
+        scene: &Scene,
+        update: u64,
+        (nearby, depth): (bool, usize),
+        guide: &mut SequenceSet,
+    ) {
         let met = guide.entries();
         let met = &met[..met.len().min(Self::CAPACITY)];
         for (index, sequence) in met.iter().enumerate() {
@@ -84,7 +91,9 @@ impl DiscoveryHistory {
             }
             if self.last_met[entry as usize] != update {
                 let sequence = &self.entries[entry as usize].sequence;
-                guide.insert(sequence.renewed(scene));
+                if sequence.len() <= depth {
+                    guide.insert(sequence.renewed(scene));
+                }
             }
         }
         let mut order = std::mem::take(&mut self.order);
@@ -171,6 +180,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
+    use crate::propagation::path::MAX_ORDER;
     use crate::propagation::rays::directions::mix;
     use crate::scene::{MaterialTable, SceneSettings, procedural};
 
@@ -222,7 +232,7 @@ mod tests {
                 .chain(young.copied())
                 .take(DiscoveryHistory::CAPACITY)
                 .collect();
-            history.merge(&scene, update, nearby, &mut guide);
+            history.merge(&scene, update, (nearby, MAX_ORDER), &mut guide);
             assert!(guide.entries() == expected, "update {update}");
         }
         assert!(plain.len() < 800, "old entries are dropped");

@@ -101,6 +101,13 @@ pub(super) struct UpdateMessage {
     pub(super) predictor: Option<PredictorState>,
 }
 
+impl UpdateMessage {
+    /// Whether other state than paths travels with it.
+    pub(super) fn has_replacements(&self) -> bool {
+        self.extrapolator.is_some() || self.scenes.is_some() || self.predictor.is_some()
+    }
+}
+
 /// Another output for the renderer: voices, plane waves and buses of a layout or HRTF set. The old one travels back in the
 /// same box when it is silent.
 #[derive(Default)]

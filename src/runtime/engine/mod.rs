@@ -156,6 +156,7 @@ impl Engine {
             spans: propagation.0,
             before_update: settings.before_update,
             newest: None,
+            has_new_poses: false,
             predictor: settings.predictor,
             extrapolator: None,
             base_scene: Arc::clone(propagator.scene()),

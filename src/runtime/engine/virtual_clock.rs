@@ -9,8 +9,8 @@ use super::messages::UpdateMessage;
 pub struct VirtualClock {
     /// Graphics frames per second, 1 to 1,000.
     pub graphics_rate_hz: f64,
-    /// Graphics frames from an update's poses to its arrival, for each update in turn, from the start again after the
-    /// last. 0 counts as 1. Empty: every update arrives in the next graphics frame. In the synchronous schedule unused.
+    /// Graphics frames from a whole update's poses to its arrival, for each update in turn, from the start again after the
+    /// last. An update after a jump takes a share of them, as measured, and at least one. 0 counts as 1. Empty: every update arrives in the next graphics frame. In the synchronous schedule unused.
     pub delays: Vec<u32>,
 }
 
@@ -52,8 +52,8 @@ impl VirtualArrivals {
     }
 
     /// Time of an update that arrives after so many graphics frames; a nanosecond less, since Eq. 1 rounds up.
-    pub(super) fn time_of(&self, delay: u32) -> Duration {
-        let frames_s = f64::from(delay) / self.clock.graphics_rate_hz;
+    pub(super) fn time_of(&self, delay: u64) -> Duration {
+        let frames_s = delay as f64 / self.clock.graphics_rate_hz;
         Duration::from_secs_f64(frames_s).saturating_sub(Duration::from_nanos(1))
     }
 }

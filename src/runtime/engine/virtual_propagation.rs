@@ -1,10 +1,12 @@
 //! Propagation on a virtual clock.
 //!
 //! Control side; replaces the propagation thread. An update begins in a tick, with the poses of that tick, and is sent a
-//! given number of ticks later; the next one begins then. The first update is sent at once.
+//! given number of ticks later; the next one begins then. The first update is sent at once. A jump drops the update under way;
+//! the urgent one takes its share of the given number of ticks (`UpdateKind::share`).
 
 use super::messages::UpdateMessage;
 use super::worker::Worker;
+use crate::runtime::pipeline::update_timing::delay_frames;
 
 impl Worker {
     /// One tick: sends the update that is due, begins the next.
@@ -12,16 +14,29 @@ impl Worker {
         let Some(mut arrivals) = self.virtual_arrivals.take() else {
             return;
         };
+        self.collect_poses();
+        if self.has_jumped()
+            && let Some((at, message)) = arrivals.pending.take()
+        {
+            match message.has_replacements() {
+                // It goes on as if the jump came after it.
+                true => arrivals.pending = Some((at, message)),
+                false => self.updates.keep(message),
+            }
+        }
         let due = |(at, _): &mut (u64, Box<UpdateMessage>)| *at <= arrivals.tick;
         if let Some((_, message)) = arrivals.pending.take_if(due) {
             self.send(message);
         }
         if arrivals.pending.is_none() {
-            let delay = arrivals.delay();
+            let share = self
+                .next_kind()
+                .map_or(1.0, |(kind, predictor)| kind.share(predictor));
+            let delay = delay_frames(share, arrivals.delay().into());
             if let Some(message) = self.compute(Some(arrivals.time_of(delay))) {
                 match arrivals.updates {
                     0 => self.send(message),
-                    _ => arrivals.pending = Some((arrivals.tick + u64::from(delay), message)),
+                    _ => arrivals.pending = Some((arrivals.tick + delay, message)),
                 }
                 arrivals.updates += 1;
             }

@@ -17,6 +17,7 @@ use crate::runtime::budget::{ActiveQuality, Governor, UpdateCost};
 use crate::runtime::handover::atomic_box::AtomicBox;
 use crate::runtime::handover::newest::{Receiver, Sender};
 use crate::runtime::phone::DeviceHints;
+use crate::runtime::pipeline::jumps::UpdateKind;
 use crate::runtime::pipeline::pose_prediction::UseInterval;
 use crate::runtime::pipeline::update_pipeline::{UpdatePipeline, UpdateRequest};
 use crate::runtime::pipeline::update_timing::UpdateTiming;
@@ -63,6 +64,8 @@ pub(super) struct Worker {
     pub(super) before_update: Option<fn(u64)>,
     /// Poses in use.
     pub(super) newest: Option<Box<WorldFrame>>,
+    /// Whether no update has begun for those yet.
+    pub(super) has_new_poses: bool,
     /// Predictor sent to the renderer last.
     pub(super) predictor: PredictorKind,
     /// Extrapolator for a new scene, sent with its first update.
@@ -103,11 +106,9 @@ impl Worker {
     /// update.
     pub(super) fn compute(&mut self, virtual_time: Option<Duration>) -> Option<Box<UpdateMessage>> {
         let ordered = self.take_propagator();
-        let posed = self.take_poses();
+        self.collect_poses();
+        let posed = std::mem::take(&mut self.has_new_poses);
         let world = self.newest.take_if(|_| ordered || posed)?;
-        if posed {
-            self.pipeline.history_mut().append(&world.recent);
-        }
         self.take_instances(&world);
         if let Some(before_update) = self.before_update {
             before_update(self.update);
@@ -119,12 +120,17 @@ impl Worker {
             self.propagator.warm_up(&world.listener, &world.sources);
         }
         let predictor = world.predictor.lowered(self.quality.predictor_steps);
+        let kind = match self.synchronous {
+            true => UpdateKind::Whole,
+            false => self.pipeline.next_kind(&world.sources),
+        };
         let request = UpdateRequest {
             listener: &world.listener,
             sources: &world.sources,
             time_s: world.time_s,
             predictor,
-            in_use: self.in_use(&world, virtual_time.is_some()),
+            kind,
+            in_use: self.in_use(&world, (kind, predictor), virtual_time.is_some()),
             max_paths: self.quality.max_paths,
             max_nearby: MAX_NEARBY.min(MAX_NEARBY_PER_SOURCE * world.sources.len()),
         };
@@ -146,7 +152,7 @@ impl Worker {
         self.metrics
             .rays
             .store(message.paths.rays, Ordering::Relaxed);
-        self.timing.observe(elapsed.as_secs_f64());
+        self.timing.observe(kind, elapsed.as_secs_f64());
         self.govern(&world, elapsed);
         let rest = Duration::from_secs_f64(self.governor.pause_s());
         message.interval_s = (elapsed + rest).as_secs_f64();
@@ -169,7 +175,12 @@ impl Worker {
     }
 
     /// When an update that begins now will be in use; `None` if it is used at once, or before the first.
-    fn in_use(&self, world: &WorldFrame, is_virtual: bool) -> Option<UseInterval> {
+    fn in_use(
+        &self,
+        world: &WorldFrame,
+        update: (UpdateKind, PredictorKind),
+        is_virtual: bool,
+    ) -> Option<UseInterval> {
         let frame_s = self.pipeline.history().frame_s().unwrap_or(0.0);
         let pause_s = self.governor.pause_s();
         let times = match is_virtual {
@@ -180,7 +191,9 @@ impl Worker {
                 [age_s, 0.5 * frame_s, frame_s, pause_s]
             }
         };
-        self.timing.in_use(times).filter(|_| !self.synchronous)
+        self.timing
+            .in_use(update, times)
+            .filter(|_| !self.synchronous)
     }
 
     /// Applies budget and thermal state after an update.
@@ -259,14 +272,29 @@ impl Worker {
         }
     }
 
-    fn take_poses(&mut self) -> bool {
+    /// Takes the newest poses, for the next update, and records those in between.
+    pub(super) fn collect_poses(&mut self) {
         let Some(world) = self.world.take() else {
-            return false;
+            return;
         };
+        self.pipeline.history_mut().append(&world.recent);
+        self.has_new_poses = true;
         if let Some(old) = self.newest.replace(world) {
             self.world.give_back(old);
         }
-        true
+    }
+
+    /// Whether the listener or a source has jumped since the poses of the last update.
+    pub(super) fn has_jumped(&self) -> bool {
+        let newest = self.newest.as_ref();
+        newest.is_some_and(|world| self.pipeline.has_jumped(&world.sources))
+    }
+
+    /// The kind of the next asynchronous update, and its predictor.
+    pub(super) fn next_kind(&self) -> Option<(UpdateKind, PredictorKind)> {
+        let world = self.newest.as_ref()?;
+        let predictor = world.predictor.lowered(self.quality.predictor_steps);
+        Some((self.pipeline.next_kind(&world.sources), predictor))
     }
 
     /// Sends an update, together with the replacements of an earlier one that was not taken.

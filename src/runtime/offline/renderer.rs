@@ -225,9 +225,9 @@ impl OfflineRenderer {
         signal: &mut Signal<'_>,
         sink: &mut dyn FnMut(&[f32]) -> Result<()>,
     ) -> Result<()> {
-        let started = self.propagation.starts_update().then(now);
+        let started = now();
         let arrived = self.propagation.next_frame(poses);
-        if let Some(started) = started.filter(|_| self.frame > 0) {
+        if self.propagation.has_computed() && self.frame > 0 {
             self.report.propagation.push(started.elapsed());
         }
         if let Some(update) = &arrived {

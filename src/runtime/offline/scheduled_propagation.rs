@@ -3,8 +3,10 @@
 use crate::extrapolation::{PredictorKind, PreparedUpdate};
 use crate::propagation::{PathSet, Propagator, Serial};
 use crate::runtime::offline::schedule::{Latency, Poses, Schedule};
+use crate::runtime::pipeline::jumps::UpdateKind;
 use crate::runtime::pipeline::pose_prediction::UseInterval;
 use crate::runtime::pipeline::update_pipeline::{UpdatePipeline, UpdateRequest};
+use crate::runtime::pipeline::update_timing::delay_frames;
 
 /// A propagator with its schedule.
 #[derive(Debug)]
@@ -13,8 +15,10 @@ pub(crate) struct ScheduledPropagation {
     propagator: Propagator,
     graphics_rate_hz: f64,
     frame: u64,
-    /// A computed result that is not usable yet on the virtual clock.
-    pending: Option<PathSet>,
+    /// A computed result and the frame from which it is usable.
+    pending: Option<(u64, PathSet)>,
+    /// Whether the last graphics frame computed a result.
+    has_computed: bool,
     /// Prepared values of the result returned last, and of the one computed last.
     prepared: PreparedUpdate,
     newest_prepared: PreparedUpdate,
@@ -37,6 +41,7 @@ impl ScheduledPropagation {
             graphics_rate_hz,
             frame: 0,
             pending: None,
+            has_computed: false,
             prepared: PreparedUpdate::default(),
             newest_prepared: PreparedUpdate::default(),
             predictor,
@@ -60,14 +65,9 @@ impl ScheduledPropagation {
         self.spare = retired;
     }
 
-    /// Whether the next graphics frame starts an update.
-    pub(crate) fn starts_update(&self) -> bool {
-        let interval = u64::from(self.schedule.extrapolation_level()) + 1;
-        match self.is_late() {
-            // Frame 0 has a result of its own, so delayed updates start from frame 1 on.
-            true => self.frame == 0 || (self.frame - 1).is_multiple_of(interval),
-            false => self.frame.is_multiple_of(interval),
-        }
+    /// Whether the last graphics frame computed a result.
+    pub(crate) fn has_computed(&self) -> bool {
+        self.has_computed
     }
 
     fn is_late(&self) -> bool {
@@ -80,51 +80,80 @@ impl ScheduledPropagation {
         )
     }
 
+    /// Graphics frames from the poses of a result to its use in the delayed schedule: L + 1 for a whole update.
+    fn delay(&self, kind: UpdateKind) -> u64 {
+        let interval = u64::from(self.schedule.extrapolation_level()) + 1;
+        delay_frames(kind.share(self.predictor), interval)
+    }
+
     /// Advances to the next graphics frame; returns the result that becomes usable in it, if any.
     ///
     /// In frame 0 both schedules use a result for the poses of frame 0, after a warm-up of sixteen updates. Delayed
-    /// updates follow every L + 1 frames from frame 1 on.
+    /// updates follow from frame 1 on, each when the last one arrives, or at a jump, which drops what is under way.
     pub(crate) fn next_frame(&mut self, poses: &Poses) -> Option<PathSet> {
-        let first = self.frame == 0;
         let time_s = self.time_s();
         let history = self.pipeline.history_mut();
         history.push(time_s, &poses.listener, &poses.sources);
-        let arrived = if first {
+        self.has_computed = true;
+        let arrived = if self.frame == 0 {
             self.propagator.warm_up(&poses.listener, &poses.sources);
-            Some(self.compute(poses))
-        } else if !self.starts_update() {
-            None
-        } else {
-            match self.is_late() {
-                true => self.pending.take(),
-                false => Some(self.compute(poses)),
+            self.compute(poses, UpdateKind::Whole);
+            self.take_computed()
+        } else if self.is_late() {
+            if self.pipeline.has_jumped(&poses.sources)
+                && let Some((_, dropped)) = self.pending.take()
+            {
+                self.spare = dropped;
             }
+            let arrived = match self.pending.take_if(|(usable, _)| *usable <= self.frame) {
+                Some((_, result)) => {
+                    std::mem::swap(&mut self.prepared, &mut self.newest_prepared);
+                    Some(result)
+                }
+                None => None,
+            };
+            self.has_computed = self.pending.is_none();
+            if self.has_computed {
+                self.compute(poses, self.pipeline.next_kind(&poses.sources));
+            }
+            arrived
+        } else if self
+            .frame
+            .is_multiple_of(u64::from(self.schedule.extrapolation_level()) + 1)
+        {
+            self.compute(poses, UpdateKind::Whole);
+            self.take_computed()
+        } else {
+            self.has_computed = false;
+            None
         };
-        if arrived.is_some() {
-            std::mem::swap(&mut self.prepared, &mut self.newest_prepared);
-        }
-        if !first && self.is_late() && self.starts_update() {
-            self.pending = Some(self.compute(poses));
-        }
         self.frame += 1;
         arrived
     }
 
-    fn compute(&mut self, poses: &Poses) -> PathSet {
+    /// Takes the computed result for use at once.
+    fn take_computed(&mut self) -> Option<PathSet> {
+        std::mem::swap(&mut self.prepared, &mut self.newest_prepared);
+        self.pending.take().map(|(_, result)| result)
+    }
+
+    /// Computes the next result.
+    fn compute(&mut self, poses: &Poses, kind: UpdateKind) {
         let mut result = std::mem::take(&mut self.spare);
         let request = UpdateRequest {
             listener: &poses.listener,
             sources: &poses.sources,
             time_s: self.time_s(),
             predictor: self.predictor,
-            in_use: self.in_use(),
+            kind,
+            in_use: self.in_use(kind),
             max_paths: usize::MAX,
             max_nearby: usize::MAX,
         };
         let output = (&mut result, &mut self.newest_prepared);
         self.pipeline
             .update((&mut self.propagator, &Serial), &request, output);
-        result
+        self.pending = Some((self.frame + self.delay(kind), result));
     }
 
     fn time_s(&self) -> f64 {
@@ -132,7 +161,7 @@ impl ScheduledPropagation {
     }
 
     /// When an update that begins now is in use.
-    fn in_use(&self) -> Option<UseInterval> {
+    fn in_use(&self, kind: UpdateKind) -> Option<UseInterval> {
         let Schedule::Asynchronous {
             extrapolation_level,
             latency,
@@ -140,14 +169,17 @@ impl ScheduledPropagation {
         else {
             return None;
         };
-        let seconds = |frames: u32| f64::from(frames) / self.graphics_rate_hz;
+        let seconds = |frames: u64| frames as f64 / self.graphics_rate_hz;
         Some(UseInterval {
             arrival_s: match latency {
-                Latency::Modelled => seconds(extrapolation_level + 1),
+                Latency::Modelled => seconds(self.delay(kind)),
                 Latency::None => 0.0,
             },
             // The last graphics frame of an interval comes one frame before its end.
-            used_s: seconds(extrapolation_level),
+            used_s: match latency {
+                Latency::Modelled => seconds(self.delay(kind.next()) - 1),
+                Latency::None => seconds(extrapolation_level.into()),
+            },
         })
     }
 }

@@ -110,9 +110,11 @@ impl Turn {
     }
 }
 
-/// Whether the newest step of the listener or of a source is too fast for motion.
+/// Whether the step of the listener or of a source to the graphics frame `age` frames before the newest is too fast for
+/// motion.
 pub(crate) fn has_jumped(
     history: &PoseHistory,
+    age: usize,
     position: impl Fn(&PoseFrame) -> Option<Vec3>,
 ) -> bool {
     let speed_m_s = |age: usize| {
@@ -120,12 +122,12 @@ pub(crate) fn has_jumped(
         let step_m = position(now)?.distance(position(before)?);
         Some(f64::from(step_m) / (now.time_s - before.time_s))
     };
-    let Some(now_m_s) = speed_m_s(0) else {
+    let Some(now_m_s) = speed_m_s(age) else {
         return false;
     };
     let start_m_s = |before_m_s| MAX_START_M_S + MAX_START_RATIO * before_m_s;
     now_m_s
-        > speed_m_s(1)
+        > speed_m_s(age + 1)
             .map_or(MAX_SPEED_M_S, start_m_s)
             .min(MAX_SPEED_M_S)
 }
@@ -138,7 +140,7 @@ fn last_step(
     let (now, before) = (history.get(0)?, history.get(1)?);
     let frames = (history.frame_s()? / (now.time_s - before.time_s)) as f32;
     let step = (position(now)? - position(before)?) * frames;
-    (step != Vec3::ZERO && !has_jumped(history, position)).then_some(step)
+    (step != Vec3::ZERO && !has_jumped(history, 0, position)).then_some(step)
 }
 
 /// The turn through the last positions, if they fit one.
@@ -264,7 +266,7 @@ mod tests {
     #[test]
     fn a_jump_is_no_motion_and_a_dash_is() {
         let jumped = |position: &dyn Fn(f32) -> Vec3, now| {
-            has_jumped(&history(position, now), |frame| Some(frame.listener))
+            has_jumped(&history(position, now), 0, |frame| Some(frame.listener))
         };
         // A step aside of 0.3 m: 22 m/s at this rate.
         let aside = |s: f32| Vec3::X * if s < 0.999 { 0.0 } else { 0.3 };

@@ -6,6 +6,7 @@
 
 use crate::extrapolation::{PredictorKind, PreparedUpdate};
 use crate::propagation::{Path, PathSet, Propagator, Workers};
+use crate::runtime::pipeline::jumps::{Jumps, UpdateKind};
 use crate::runtime::pipeline::loudest_paths::{keep_loudest, keep_loudest_nearby};
 use crate::runtime::pipeline::pose_history::PoseHistory;
 use crate::runtime::pipeline::pose_prediction::{PredictedPoses, UseInterval};
@@ -20,6 +21,8 @@ pub(crate) struct UpdateRequest<'a> {
     /// Time of those in seconds.
     pub(crate) time_s: f64,
     pub(crate) predictor: PredictorKind,
+    /// What it searches for: [`UpdatePipeline::next_kind`], or whole.
+    pub(crate) kind: UpdateKind,
     /// When the update is in use; `None` if every graphics frame has its own.
     pub(crate) in_use: Option<UseInterval>,
     /// Greatest numbers of paths, and of nearby paths.
@@ -34,6 +37,8 @@ pub(crate) struct UpdatePipeline {
     poses: PredictedPoses,
     /// The paths behind a surface that the listener comes near.
     beyond_surface: PathSet,
+    /// Time of the poses of the last update in seconds, and its kind.
+    last: Option<(f64, UpdateKind)>,
 }
 
 impl UpdatePipeline {
@@ -45,6 +50,28 @@ impl UpdatePipeline {
     /// The same, to read.
     pub(crate) fn history(&self) -> &PoseHistory {
         &self.history
+    }
+
+    /// Jumps since the poses of the last update; none before the first.
+    fn jumps(&self, sources: &[SourcePose]) -> Jumps {
+        match self.last {
+            Some((time_s, _)) => Jumps::after(time_s, &self.history, sources),
+            None => Jumps::default(),
+        }
+    }
+
+    /// Whether the listener or one of these sources has jumped since the poses of the last update: what is under way is
+    /// for an old position.
+    pub(crate) fn has_jumped(&self, sources: &[SourcePose]) -> bool {
+        !self.jumps(sources).is_empty()
+    }
+
+    /// The kind of an asynchronous update that begins now.
+    pub(crate) fn next_kind(&self, sources: &[SourcePose]) -> UpdateKind {
+        match self.has_jumped(sources) {
+            true => UpdateKind::Urgent,
+            false => self.last.map_or(UpdateKind::Whole, |(_, kind)| kind.next()),
+        }
     }
 
     /// Computes an update; returns the number of paths dropped as too many.
@@ -64,7 +91,15 @@ impl UpdatePipeline {
             }
             None => poses.set_present(present.0, present.1),
         }
-        let uses_nearby = request.in_use.is_some() && request.predictor.uses_nearby();
+        let jumps = self.jumps(request.sources);
+        self.last = Some((request.time_s, request.kind));
+        let is_whole = request.kind == UpdateKind::Whole;
+        let uses_nearby = request.in_use.is_some() && request.predictor.uses_nearby() && is_whole;
+        let poses = &mut self.poses;
+        if !is_whole {
+            poses.sampled_listener.clear();
+            poses.sampled_sources.clear();
+        }
         let (time_s, sources) = (request.time_s, &poses.sources);
         let beyond = poses.beyond_surface.filter(|_| uses_nearby);
         if let Some(beyond) = &beyond {
@@ -75,6 +110,7 @@ impl UpdatePipeline {
         }
         propagator.set_nearby_radius(uses_nearby.then_some(poses.nearby_radius_m));
         propagator.set_predicted_positions(&poses.sampled_listener, &poses.sampled_sources);
+        propagator.set_scope(jumps.scope(request.kind));
         propagator.update_with(workers, &poses.listener, sources, time_s, result);
         if beyond.is_some() {
             add_nearby(result, &self.beyond_surface);

@@ -1,0 +1,42 @@
+//! What an update searches for, if not everything: after a jump the cheapest comes first.
+
+use crate::propagation::path::Path;
+use crate::scene::SourceId;
+
+/// The scope of the next update. The default is a whole search.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct UpdateScope {
+    /// Sources to search for; the others keep the paths of the update before. `None` for all.
+    pub sources: Option<Vec<SourceId>>,
+    /// Highest reflection order to search for, if it is lower than that of the settings.
+    pub max_order: Option<usize>,
+    /// Number of guide rays, if it is lower than that of the settings; with 0 only remembered sequences are tried.
+    pub guide_rays: Option<u32>,
+    /// Sources that were put elsewhere since the last update: what was found out at their old positions is dropped.
+    pub jumped: Vec<SourceId>,
+}
+
+impl UpdateScope {
+    /// Whether a source is searched for.
+    pub fn has_source(&self, source: SourceId) -> bool {
+        let sources = self.sources.as_ref();
+        sources.is_none_or(|sources| sources.contains(&source))
+    }
+
+    /// Whether the update would have found a path that is valid.
+    pub fn covers(&self, path: &Path) -> bool {
+        let is_searched =
+            |most: usize| path.diffraction_order > 0 || usize::from(path.order) <= most;
+        self.has_source(path.source) && self.max_order.is_none_or(is_searched)
+    }
+
+    /// Whether everything is searched for.
+    pub fn is_whole(&self) -> bool {
+        self.sources.is_none() && self.max_order.is_none()
+    }
+
+    /// Reflection order of the search under the settings' `depth`.
+    pub(crate) fn depth(&self, depth: usize) -> usize {
+        self.max_order.map_or(depth, |most| most.min(depth))
+    }
+}
