@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use foresound::extrapolation::PredictorKind;
 use foresound::runtime::{EngineSchedule, EngineSettings, VirtualClock, VirtualEngine};
-use foresound::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, procedural};
+use foresound::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, SourcePose, procedural};
 use foresound::{GeometricSettings, SourceId};
 use glam::Vec3;
 
@@ -136,4 +136,51 @@ fn asynchrony_is_inaudible() {
         held_db < 15.0,
         "hold has {held_db} dB: the walk asks nothing of a predictor"
     );
+}
+
+/// Graphics frames from a step of so many metres in graphics frame 40 to the arrival of the next update, and its extrapolation
+/// level.
+fn frames_to_the_next_update(listener_m: f32, source_m: f32) -> (u32, u32) {
+    let (mut engine, ids) = engine(
+        EngineSchedule::Asynchronous,
+        PredictorKind::default(),
+        &[13],
+    );
+    let doorway = procedural::doorway();
+    let start = doorway.walk.from.lerp(doorway.walk.to, 0.3);
+    let aside = (doorway.walk.to - doorway.walk.from).normalize();
+    let mut before = 0;
+    for frame in 0..100 {
+        let has_jumped = frame >= 40;
+        let put = |by_m: f32| aside * if has_jumped { by_m } else { 0.0 };
+        let listener = ListenerPose::facing(start + put(listener_m), 0.0);
+        let source = SourcePose::at(ids[0], doorway.sources[0].1 + put(source_m));
+        engine
+            .next_frame(listener, &[source], |_| ())
+            .expect("valid poses");
+        let statistics = engine.controller().statistics();
+        if has_jumped && statistics.updates > before {
+            return (frame - 40, statistics.extrapolation_level);
+        }
+        before = statistics.updates;
+    }
+    panic!("no update after the jump");
+}
+
+/// L = 12: an update takes thirteen graphics frames, an urgent one for two sources 0.12 of that, two frames: L = 1. A graphics
+/// frame is taken by the first block after its tick.
+#[test]
+fn an_urgent_update_follows_a_jump_and_takes_its_own_time() {
+    for (listener_m, source_m) in [(2.0, 0.0), (0.0, 2.0), (2.0, 2.0)] {
+        let (frames, level) = frames_to_the_next_update(listener_m, source_m);
+        assert!((2..=3).contains(&frames), "{frames} graphics frames");
+        assert_eq!(level, 1, "{listener_m} m, {source_m} m");
+    }
+}
+
+/// An update under way is not dropped for a step that may be motion.
+#[test]
+fn a_step_is_no_jump() {
+    let (_, level) = frames_to_the_next_update(0.1, 0.1);
+    assert_eq!(level, 12);
 }

@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::propagation::diffraction::{MAX_DIRECT_EDGES, MAX_REFLECTED_EDGE_PATHS};
 use crate::propagation::diffuse::{ListenerField, SceneField, VisibilityCells};
 use crate::propagation::image_source::discovery_history::DiscoveryHistory;
-use crate::propagation::image_source::expansion::expand;
+use crate::propagation::image_source::expansion::{MAX_CANDIDATES, expand};
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::image_source::window_cull::{CandidateCull, CullViews};
@@ -308,10 +308,12 @@ impl Propagator {
             None => &self.guide_directions,
         };
         let field = &self.field;
-        cell_rays += self.cells.renew(scene, ear.as_vec3(), scene_state);
-        cell_rays +=
-            self.listener_field
-                .renew(scene, field, ear.as_vec3(), &self.cells, scene_state);
+        if !scope.skips_late {
+            let ear = ear.as_vec3();
+            cell_rays += self.cells.renew(scene, ear, scene_state);
+            let (own, cells) = (&mut self.listener_field, &self.cells);
+            cell_rays += own.renew(scene, field, ear, cells, scene_state);
+        }
         for there in &mut self.predicted {
             there.listener = scene.to_local(there.position);
             let ear = there.listener.as_vec3();
@@ -355,10 +357,14 @@ impl Propagator {
         for sequence in self.shares.iter().flat_map(|share| &share.found) {
             self.guide.insert(*sequence);
         }
-        let nearby = self.nearby_m.is_some();
+        let most = scope.max_candidates.unwrap_or(MAX_CANDIDATES);
+        let limit = match self.nearby_m {
+            Some(_) => DiscoveryHistory::CAPACITY,
+            None => most,
+        };
         self.history
-            .merge(scene, self.update, (nearby, depth), &mut self.guide);
-        expand(scene, self.update, depth, &mut self.guide);
+            .merge(scene, self.update, (limit, depth), &mut self.guide);
+        expand(scene, self.update, (depth, most), &mut self.guide);
         let sequences = self.guide.entries();
         self.source_positions.clear();
         let position = |source: &SourcePose| scene.to_local(source.position);

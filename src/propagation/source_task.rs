@@ -32,7 +32,7 @@ use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 const MAX_CAST_ROTATIONS: usize = 1;
 
 /// Most rotations that a source recasts in one update after a jump: none of those cast elsewhere counts.
-const CAST_AFTER_JUMP: usize = 2;
+const CAST_AFTER_JUMP: usize = 1;
 
 /// Largest coordinate of source and listener in metres. Rays are in single precision, which represents its
 /// square. A position beyond it or a non-finite one has no path.
@@ -216,6 +216,7 @@ impl SourceTask {
         let turn = match self.late_energy {
             // A new source is due at once.
             None => Some(context.update),
+            Some(_) if context.scope.skips_late => None,
             Some(_) => context.quality.late_turn(context.update, slot),
         };
         self.rotation = turn.map(|turn| turn % ROTATIONS);

@@ -12,6 +12,10 @@ pub struct UpdateScope {
     pub max_order: Option<usize>,
     /// Number of guide rays, if it is lower than that of the settings; with 0 only remembered sequences are tried.
     pub guide_rays: Option<u32>,
+    /// Number of sequences up to which those of guide rays are filled with remembered and expanded ones, if not the usual.
+    pub max_candidates: Option<usize>,
+    /// Whether late energy is left out: that of the result is of the update before.
+    pub skips_late: bool,
     /// Sources that were put elsewhere since the last update: what was found out at their old positions is dropped.
     pub jumped: Vec<SourceId>,
 }

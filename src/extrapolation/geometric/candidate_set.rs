@@ -180,7 +180,6 @@ impl Merge<'_> {
             } else if !scope.has_source(path.source) {
                 // As of the update before, which has been merged.
                 progress.path += 1;
-                progress.recipe += 1;
             } else {
                 break;
             }

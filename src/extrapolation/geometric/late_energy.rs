@@ -127,7 +127,8 @@ fn of_update(update: &PathSet) -> impl Iterator<Item = Estimates<'_>> {
         late,
         sources: SourcePositions::Listed(sources),
     });
-    let has_any = !update.late.is_empty();
+    // Without late energy of its own an update has that of another position.
+    let has_any = !update.late.is_empty() && !update.scope.skips_late;
     std::iter::once(here)
         .chain(predicted)
         .filter(move |_| has_any)

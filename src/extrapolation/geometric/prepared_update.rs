@@ -10,7 +10,7 @@ use crate::scene::Scene;
 /// Recipes of one update's paths for [`crate::extrapolation::PredictorKind::Geometric`].
 #[derive(Debug, Default)]
 pub struct PreparedUpdate {
-    /// In the order of the update's paths, without those of the direct field.
+    /// In the order of the update's paths, without those of the direct field and of sources outside of its scope.
     recipes: Vec<PathRecipe>,
     /// In the order of the update's nearby paths.
     nearby: Vec<PathRecipe>,
@@ -21,7 +21,9 @@ impl PreparedUpdate {
     /// allocates.
     pub fn prepare(&mut self, update: &PathSet, scene: &Scene) {
         let paths = update.paths.iter();
-        let extrapolated = paths.filter(|path| !path.is_frame_validated());
+        let scope = &update.scope;
+        let extrapolated =
+            paths.filter(|path| !path.is_frame_validated() && scope.has_source(path.source));
         self.recipes.clear();
         self.recipes
             .extend(extrapolated.map(|path| PathRecipe::of(path, update, scene)));

@@ -4,7 +4,6 @@
 //! ones are tried again while there is capacity. The result then depends less on the present rotation, and few updates find
 //! nearly as much as many. Own.
 
-use crate::propagation::image_source::expansion::MAX_CANDIDATES;
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::rays::directions::ROTATIONS;
@@ -62,16 +61,16 @@ impl Default for DiscoveryHistory {
 
 impl DiscoveryHistory {
     /// Most sequences that are kept, and that an update with nearby paths tries
-    /// ([`crate::propagation::Propagator::set_nearby_radius`]). Other updates try [`MAX_CANDIDATES`].
+    /// ([`crate::propagation::Propagator::set_nearby_radius`]).
     pub const CAPACITY: usize = 4096;
 
     /// Stores the sequences of `guide`, which rays hit in this update, and appends those of earlier ones, up to `depth`
-    /// surfaces, while capacity remains.
+    /// surfaces, while it has fewer than `limit`.
     pub fn merge(
         &mut self,
         scene: &Scene,
         update: u64,
-        (nearby, depth): (bool, usize),
+        (limit, depth): (usize, usize),
         guide: &mut SequenceSet,
     ) {
         let met = guide.entries();
@@ -81,10 +80,6 @@ impl DiscoveryHistory {
             let entry = self.put(sequence, update);
             self.next.push(entry);
         }
-        let limit = match nearby {
-            true => Self::CAPACITY,
-            false => MAX_CANDIDATES,
-        };
         for &entry in &self.order {
             if guide.entries().len() >= limit {
                 break;
@@ -180,6 +175,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
+    use crate::propagation::image_source::expansion::MAX_CANDIDATES;
     use crate::propagation::path::MAX_ORDER;
     use crate::propagation::rays::directions::mix;
     use crate::scene::{MaterialTable, SceneSettings, procedural};
@@ -232,7 +228,7 @@ mod tests {
                 .chain(young.copied())
                 .take(DiscoveryHistory::CAPACITY)
                 .collect();
-            history.merge(&scene, update, (nearby, MAX_ORDER), &mut guide);
+            history.merge(&scene, update, (most, MAX_ORDER), &mut guide);
             assert!(guide.entries() == expected, "update {update}");
         }
         assert!(plain.len() < 800, "old entries are dropped");

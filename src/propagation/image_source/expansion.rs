@@ -17,9 +17,9 @@ pub const MAX_CANDIDATES: usize = 1024;
 /// Number of surfaces to prepend: the largest visible ones.
 const SURFACES: usize = 32;
 
-/// Fills a set of discovered sequences up to [`MAX_CANDIDATES`]. The result depends on the set and the update's number only.
-pub fn expand(scene: &Scene, update: u64, depth: usize, set: &mut SequenceSet) {
-    if is_full(set) {
+/// Fills a set of discovered sequences up to `most`, usually [`MAX_CANDIDATES`]. The result depends on the set and the update's number only.
+pub fn expand(scene: &Scene, update: u64, (depth, most): (usize, usize), set: &mut SequenceSet) {
+    if is_full(set, most) {
         return;
     }
     let mut largest = [0u32; SURFACES];
@@ -28,7 +28,7 @@ pub fn expand(scene: &Scene, update: u64, depth: usize, set: &mut SequenceSet) {
     // Pairs first, since they are loud; then longer sequences in turn.
     for index in 0..set.entries().len() {
         if depth > 1 && set.entries()[index].len() == 1 {
-            prepend(scene, surfaces, index, set);
+            prepend(scene, (surfaces, most), index, set);
         }
     }
     let count = set.entries().len();
@@ -36,22 +36,22 @@ pub fn expand(scene: &Scene, update: u64, depth: usize, set: &mut SequenceSet) {
     for index in (start..count).chain(0..start) {
         let order = set.entries()[index].len();
         if order > 1 && order < depth {
-            prepend(scene, surfaces, index, set);
+            prepend(scene, (surfaces, most), index, set);
         }
     }
 }
 
-fn is_full(set: &SequenceSet) -> bool {
-    set.entries().len() >= MAX_CANDIDATES.min(set.capacity())
+fn is_full(set: &SequenceSet, most: usize) -> bool {
+    set.entries().len() >= most.min(set.capacity())
 }
 
 /// Adds the sequences of one of `surfaces` followed by entry number `index`.
-fn prepend(scene: &Scene, surfaces: &[u32], index: usize, set: &mut SequenceSet) {
+fn prepend(scene: &Scene, (surfaces, most): (&[u32], usize), index: usize, set: &mut SequenceSet) {
     let rest = set.entries()[index];
     let mut longer = [0; MAX_ORDER];
     longer[1..=rest.len()].copy_from_slice(rest.surfaces());
     for &surface in surfaces {
-        if is_full(set) {
+        if is_full(set, most) {
             return;
         }
         // No path reflects twice in a row at one plane.

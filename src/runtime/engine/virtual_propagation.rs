@@ -15,23 +15,16 @@ impl Worker {
             return;
         };
         self.collect_poses();
-        if self.has_jumped()
-            && let Some((at, message)) = arrivals.pending.take()
-        {
-            match message.has_replacements() {
-                // It goes on as if the jump came after it.
-                true => arrivals.pending = Some((at, message)),
-                false => self.updates.keep(message),
-            }
+        let overtaken = |(_, message): &mut (u64, Box<UpdateMessage>)| self.is_overtaken(message);
+        if let Some((_, message)) = arrivals.pending.take_if(overtaken) {
+            self.updates.keep(message);
         }
         let due = |(at, _): &mut (u64, Box<UpdateMessage>)| *at <= arrivals.tick;
         if let Some((_, message)) = arrivals.pending.take_if(due) {
             self.send(message);
         }
         if arrivals.pending.is_none() {
-            let share = self
-                .next_kind()
-                .map_or(1.0, |(kind, predictor)| kind.share(predictor));
+            let share = self.next_share();
             let delay = delay_frames(share, arrivals.delay().into());
             if let Some(message) = self.compute(Some(arrivals.time_of(delay))) {
                 match arrivals.updates {

@@ -95,9 +95,16 @@ pub(super) fn extrapolator_for(
 
 impl Worker {
     /// Computes and sends an update if there are new poses or a new propagator; returns the pause before the next,
-    /// `None` if there was nothing to do.
+    /// `None` if there was nothing to do. An update that a jump has overtaken is not sent.
     pub(super) fn step(&mut self) -> Option<Duration> {
         let message = self.compute(None)?;
+        if !self.synchronous {
+            self.collect_poses();
+            if self.is_overtaken(&message) {
+                self.updates.keep(message);
+                return Some(Duration::ZERO);
+            }
+        }
         self.send(message);
         Some(Duration::from_secs_f64(self.governor.pause_s()))
     }
@@ -178,7 +185,7 @@ impl Worker {
     fn in_use(
         &self,
         world: &WorldFrame,
-        update: (UpdateKind, PredictorKind),
+        (kind, predictor): (UpdateKind, PredictorKind),
         is_virtual: bool,
     ) -> Option<UseInterval> {
         let frame_s = self.pipeline.history().frame_s().unwrap_or(0.0);
@@ -192,7 +199,7 @@ impl Worker {
             }
         };
         self.timing
-            .in_use(update, times)
+            .in_use((kind, predictor, world.sources.len()), times)
             .filter(|_| !self.synchronous)
     }
 
@@ -284,17 +291,21 @@ impl Worker {
         }
     }
 
-    /// Whether the listener or a source has jumped since the poses of the last update.
-    pub(super) fn has_jumped(&self) -> bool {
+    /// Whether a jump has overtaken the last update, and nothing else travels with it.
+    pub(super) fn is_overtaken(&self, last: &UpdateMessage) -> bool {
         let newest = self.newest.as_ref();
-        newest.is_some_and(|world| self.pipeline.has_jumped(&world.sources))
+        let has_jumped = newest.is_some_and(|world| self.pipeline.is_overtaken(&world.sources));
+        has_jumped && !last.has_replacements()
     }
 
-    /// The kind of the next asynchronous update, and its predictor.
-    pub(super) fn next_kind(&self) -> Option<(UpdateKind, PredictorKind)> {
-        let world = self.newest.as_ref()?;
+    /// Time of the next asynchronous update relative to a whole one.
+    pub(super) fn next_share(&self) -> f64 {
+        let Some(world) = &self.newest else {
+            return 1.0;
+        };
         let predictor = world.predictor.lowered(self.quality.predictor_steps);
-        Some((self.pipeline.next_kind(&world.sources), predictor))
+        let kind = self.pipeline.next_kind(&world.sources);
+        kind.share(predictor, world.sources.len())
     }
 
     /// Sends an update, together with the replacements of an earlier one that was not taken.

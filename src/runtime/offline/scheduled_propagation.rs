@@ -81,9 +81,9 @@ impl ScheduledPropagation {
     }
 
     /// Graphics frames from the poses of a result to its use in the delayed schedule: L + 1 for a whole update.
-    fn delay(&self, kind: UpdateKind) -> u64 {
+    fn delay(&self, kind: UpdateKind, sources: usize) -> u64 {
         let interval = u64::from(self.schedule.extrapolation_level()) + 1;
-        delay_frames(kind.share(self.predictor), interval)
+        delay_frames(kind.share(self.predictor, sources), interval)
     }
 
     /// Advances to the next graphics frame; returns the result that becomes usable in it, if any.
@@ -100,7 +100,7 @@ impl ScheduledPropagation {
             self.compute(poses, UpdateKind::Whole);
             self.take_computed()
         } else if self.is_late() {
-            if self.pipeline.has_jumped(&poses.sources)
+            if self.pipeline.is_overtaken(&poses.sources)
                 && let Some((_, dropped)) = self.pending.take()
             {
                 self.spare = dropped;
@@ -140,20 +140,21 @@ impl ScheduledPropagation {
     /// Computes the next result.
     fn compute(&mut self, poses: &Poses, kind: UpdateKind) {
         let mut result = std::mem::take(&mut self.spare);
+        let sources = poses.sources.len();
         let request = UpdateRequest {
             listener: &poses.listener,
             sources: &poses.sources,
             time_s: self.time_s(),
             predictor: self.predictor,
             kind,
-            in_use: self.in_use(kind),
+            in_use: self.in_use(kind, sources),
             max_paths: usize::MAX,
             max_nearby: usize::MAX,
         };
         let output = (&mut result, &mut self.newest_prepared);
         self.pipeline
             .update((&mut self.propagator, &Serial), &request, output);
-        self.pending = Some((self.frame + self.delay(kind), result));
+        self.pending = Some((self.frame + self.delay(kind, sources), result));
     }
 
     fn time_s(&self) -> f64 {
@@ -161,7 +162,7 @@ impl ScheduledPropagation {
     }
 
     /// When an update that begins now is in use.
-    fn in_use(&self, kind: UpdateKind) -> Option<UseInterval> {
+    fn in_use(&self, kind: UpdateKind, sources: usize) -> Option<UseInterval> {
         let Schedule::Asynchronous {
             extrapolation_level,
             latency,
@@ -172,12 +173,12 @@ impl ScheduledPropagation {
         let seconds = |frames: u64| frames as f64 / self.graphics_rate_hz;
         Some(UseInterval {
             arrival_s: match latency {
-                Latency::Modelled => seconds(self.delay(kind)),
+                Latency::Modelled => seconds(self.delay(kind, sources)),
                 Latency::None => 0.0,
             },
             // The last graphics frame of an interval comes one frame before its end.
             used_s: match latency {
-                Latency::Modelled => seconds(self.delay(kind.next()) - 1),
+                Latency::Modelled => seconds(self.delay(kind.next(), sources) - 1),
                 Latency::None => seconds(extrapolation_level.into()),
             },
         })

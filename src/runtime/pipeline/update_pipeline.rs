@@ -60,17 +60,21 @@ impl UpdatePipeline {
         }
     }
 
-    /// Whether the listener or one of these sources has jumped since the poses of the last update: what is under way is
-    /// for an old position.
-    pub(crate) fn has_jumped(&self, sources: &[SourcePose]) -> bool {
-        !self.jumps(sources).is_empty()
+    /// Whether the listener or one of these sources has jumped since the poses of a whole update: if that is under way, it
+    /// is for an old position.
+    pub(crate) fn is_overtaken(&self, sources: &[SourcePose]) -> bool {
+        let is_whole = matches!(self.last, Some((_, UpdateKind::Whole)));
+        is_whole && !self.jumps(sources).is_empty()
     }
 
     /// The kind of an asynchronous update that begins now.
     pub(crate) fn next_kind(&self, sources: &[SourcePose]) -> UpdateKind {
-        match self.has_jumped(sources) {
-            true => UpdateKind::Urgent,
-            false => self.last.map_or(UpdateKind::Whole, |(_, kind)| kind.next()),
+        let Some((_, last)) = self.last else {
+            return UpdateKind::Whole;
+        };
+        match self.jumps(sources).is_empty() {
+            true => last.next(),
+            false => last.next_after_jump(),
         }
     }
 

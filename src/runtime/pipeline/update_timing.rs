@@ -19,19 +19,13 @@ pub(crate) fn delay_frames(share: f64, whole: u64) -> u64 {
 /// Mean time of updates of each kind.
 #[derive(Debug, Default)]
 pub(crate) struct UpdateTiming {
-    whole_s: Option<f64>,
-    urgent_s: Option<f64>,
-    plain_s: Option<f64>,
+    mean_s: [Option<f64>; 4],
 }
 
 impl UpdateTiming {
     /// Takes the time of an update into account.
     pub(crate) fn observe(&mut self, kind: UpdateKind, update_s: f64) {
-        let mean = match kind {
-            UpdateKind::Whole => &mut self.whole_s,
-            UpdateKind::Urgent => &mut self.urgent_s,
-            UpdateKind::Plain => &mut self.plain_s,
-        };
+        let mean = &mut self.mean_s[kind as usize];
         let mean_s = mean.unwrap_or(update_s);
         *mean = Some(mean_s + WEIGHT * (update_s - mean_s));
     }
@@ -40,17 +34,13 @@ impl UpdateTiming {
     /// updates wait `wait_s` for a graphics frame of `frame_s`, and the next update begins after `pause_s`.
     pub(crate) fn in_use(
         &self,
-        (kind, predictor): (UpdateKind, PredictorKind),
+        (kind, predictor, sources): (UpdateKind, PredictorKind, usize),
         [age_s, wait_s, frame_s, pause_s]: [f64; 4],
     ) -> Option<UseInterval> {
-        let whole_s = self.whole_s?;
+        let whole_s = self.mean_s[UpdateKind::Whole as usize]?;
         let expected_s = |kind: UpdateKind| {
-            let measured_s = match kind {
-                UpdateKind::Whole => None,
-                UpdateKind::Urgent => self.urgent_s,
-                UpdateKind::Plain => self.plain_s,
-            };
-            measured_s.unwrap_or(kind.share(predictor) * whole_s)
+            let measured_s = self.mean_s[kind as usize];
+            measured_s.unwrap_or(kind.share(predictor, sources) * whole_s)
         };
         Some(UseInterval {
             arrival_s: age_s + expected_s(kind) + wait_s,
@@ -63,7 +53,7 @@ impl UpdateTiming {
 mod tests {
     use super::*;
 
-    const WHOLE: (UpdateKind, PredictorKind) = (UpdateKind::Whole, PredictorKind::Hold);
+    const WHOLE: (UpdateKind, PredictorKind, usize) = (UpdateKind::Whole, PredictorKind::Hold, 4);
 
     #[test]
     fn an_update_is_used_until_the_next_one_arrives() {
@@ -86,15 +76,15 @@ mod tests {
     }
 
     #[test]
-    fn an_urgent_update_arrives_earlier_and_is_used_until_a_plain_one_arrives() {
+    fn an_urgent_update_arrives_earlier_and_is_used_until_the_late_one_arrives() {
         let mut timing = UpdateTiming::default();
         timing.observe(UpdateKind::Whole, 0.1);
-        let urgent = (UpdateKind::Urgent, PredictorKind::default());
-        let [share, plain] =
-            [UpdateKind::Urgent, UpdateKind::Plain].map(|kind| kind.share(urgent.1));
+        let urgent = (UpdateKind::Urgent, PredictorKind::default(), 4);
+        let [share, late] =
+            [UpdateKind::Urgent, UpdateKind::Late].map(|kind| kind.share(urgent.1, urgent.2));
         let interval = timing.in_use(urgent, [0.0; 4]).expect("measured");
         assert!((interval.arrival_s - 0.1 * share).abs() < 1e-9);
-        assert!((interval.used_s - 0.1 * plain).abs() < 1e-9);
+        assert!((interval.used_s - 0.1 * late).abs() < 1e-9);
         timing.observe(UpdateKind::Urgent, 0.03);
         let interval = timing.in_use(urgent, [0.0; 4]).expect("measured");
         assert!((interval.arrival_s - 0.03).abs() < 1e-9);
