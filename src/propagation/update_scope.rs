@@ -1,6 +1,5 @@
 //! What an update searches for, if not everything: after a jump the cheapest comes first.
 
-use crate::propagation::path::Path;
 use crate::scene::SourceId;
 
 /// The scope of the next update. The default is a whole search.
@@ -27,11 +26,10 @@ impl UpdateScope {
         sources.is_none_or(|sources| sources.contains(&source))
     }
 
-    /// Whether the update would have found a path that is valid.
-    pub fn covers(&self, path: &Path) -> bool {
-        let is_searched =
-            |most: usize| path.diffraction_order > 0 || usize::from(path.order) <= most;
-        self.has_source(path.source) && self.max_order.is_none_or(is_searched)
+    /// Whether the update would have found a valid path of a source with so many reflections and diffractions.
+    pub fn covers(&self, source: SourceId, order: u8, diffraction_order: u8) -> bool {
+        let is_searched = |most: usize| diffraction_order > 0 || usize::from(order) <= most;
+        self.has_source(source) && self.max_order.is_none_or(is_searched)
     }
 
     /// Whether everything is searched for.

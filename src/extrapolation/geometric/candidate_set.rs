@@ -280,7 +280,9 @@ impl Merge<'_> {
         &mut self,
         (candidate, state): Old<'_>,
     ) -> Option<(&mut Candidate, &mut VisibilityState)> {
-        if !self.update.scope.covers(&candidate.path) {
+        let path = &candidate.path;
+        let scope = &self.update.scope;
+        if !scope.covers(path.source, path.order, path.diffraction_order) {
             return self.next.push(candidate, state);
         }
         if !self.is_retained(candidate) {
