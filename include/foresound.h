@@ -57,6 +57,8 @@
     0.0f, 0.0f, 0.0f, 0.0f}, FORESOUND_DISTANCE_CURVE_PHYSICAL, 1.0f, 100.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, \
     1.0f, 1.0f, 0u, 128u}
 #define FORESOUND_PROPAGATION_OPTIONS_INIT {sizeof(ForesoundPropagationOptions), 1024u, 128u, 4u, 2u}
+#define FORESOUND_MATERIAL_OPTIONS_INIT {sizeof(ForesoundMaterialOptions), {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, \
+    0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}}
 #define FORESOUND_SCENE_OPTIONS_INIT {sizeof(ForesoundSceneOptions), FORESOUND_UP_AXIS_Y, 1.0f, 20.0f, 50.0f, \
     101.325f, 0.5f, 40.0f, -1.0f, 4194304u}
 #define FORESOUND_BUDGET_OPTIONS_INIT {sizeof(ForesoundBudgetOptions), 0u, 0u, 0u, 0.0, 0.0}
@@ -564,6 +566,18 @@ typedef struct ForesoundOptions {
   uint32_t output_channels;
 } ForesoundOptions;
 
+// Properties of a material in octave bands, from the lowest: shares of energy, 0 to 1.
+typedef struct ForesoundMaterialOptions {
+  // Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
+  uint32_t size;
+  // Share of the incident energy that is not reflected, what passes through included.
+  float absorption[8];
+  // Share of the reflected energy outside the specular direction.
+  float scattering[8];
+  // Share of the incident energy behind the surface, at most the absorption.
+  float transmission[8];
+} ForesoundMaterialOptions;
+
 // Rays and orders of propagation. Begin with FORESOUND_PROPAGATION_OPTIONS_INIT or
 // foresound_propagation_options_default, then change fields.
 typedef struct ForesoundPropagationOptions {
@@ -962,6 +976,14 @@ ForesoundStatus foresound_engine_create(uint32_t api_version,
 // Replaces the scene. The old one is audible until the first update with the new one. The scene's handle may be
 // closed afterwards. Control thread.
 FORESOUND_API ForesoundStatus foresound_engine_set_scene(uint64_t engine, uint64_t scene);
+
+// Gives all surfaces of a material's name, in the scene and in instances, other properties from the next tick on;
+// audible with the next update. Another scene has its own. `material`: null for a surface that reflects everything.
+// Control thread.
+FORESOUND_API
+ForesoundStatus foresound_engine_set_material(uint64_t engine,
+                                              const char *name,
+                                              const struct ForesoundMaterialOptions *material);
 
 // Writes the default options; `size` is set before. Any thread.
 FORESOUND_API ForesoundStatus foresound_propagation_options_default(struct ForesoundPropagationOptions *options);

@@ -83,6 +83,9 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
             engine.playOnce(short, 5f, 1.5f, 3f)
         }
         voice.fadeGain(0.8f, 0.1f)
+        val half = FloatArray(8) { 0.5f }
+        refuses<IllegalArgumentException> { engine.setMaterial("no such material", half, half, half) }
+        refuses<IllegalArgumentException> { engine.setMaterial("concrete", half, half, FloatArray(8) { 0.9f }) }
         check(engine.takeNumbers() >= 28)
         val numbers = voice.numbers()
         val arrivals = voice.paths()

@@ -402,6 +402,7 @@ final class Bridge {
             () -> Native.sourceSetPitch(engine, source, 1),
             () -> Native.sourceFadeGain(engine, source, 1, 1),
             () -> Native.engineTakeNumbers(engine),
+            () -> Native.engineSetMaterial(engine, "wood", null),
             () -> Native.sourceNumbers(engine, source, new double[Native.SourceNumbers.LENGTH]),
             () -> Native.sourcePaths(engine, source, new double[Native.SourcePath.LENGTH]),
             () -> Native.sourceSetDistanceTable(engine, source, new float[0]),

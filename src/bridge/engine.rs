@@ -15,7 +15,7 @@ use super::scenes::SCENES;
 use super::shown_paths::ShownPath;
 use super::sound::{STREAMS, insert_renderer};
 use super::statistics::EngineStatistics;
-use crate::acoustics::BANDS;
+use crate::acoustics::{BANDS, Material};
 use crate::generation::Hrtf;
 use crate::propagation::PropagationSettings;
 use crate::runtime::{Controller, Engine};
@@ -111,6 +111,18 @@ record! {
         pub depth: u32,
         /// Maximum number of edges that a path is diffracted at, 0 to 2.
         pub diffraction_order: u32,
+    }
+}
+
+record! {
+    /// Properties of a material in octave bands, from the lowest: shares of energy, 0 to 1.
+    pub struct MaterialOptions[size, zeros] {
+        /// Share of the incident energy that is not reflected, what passes through included.
+        pub absorption: [f32; 8],
+        /// Share of the reflected energy outside the specular direction.
+        pub scattering: [f32; 8],
+        /// Share of the incident energy behind the surface, at most the absorption.
+        pub transmission: [f32; 8],
     }
 }
 
@@ -405,6 +417,20 @@ impl EngineControl {
     /// The loudest paths of the newest update, at most [`Options::shown_paths`], in no order.
     pub fn shown_paths(&mut self) -> impl Iterator<Item = ShownPath> {
         self.controller.path_snapshot().iter().map(ShownPath::from)
+    }
+
+    /// Changes a material of the scene.
+    ///
+    /// # Errors
+    /// `Status::BadArgument` names the value out of range, or the name that no surface has.
+    pub fn set_material(&mut self, name: &str, options: &MaterialOptions) -> Result<(), CallError> {
+        let material = Material {
+            name: name.to_owned(),
+            absorption: options.absorption,
+            scattering: options.scattering,
+            transmission: options.transmission,
+        };
+        Ok(self.controller.set_material(&material)?)
     }
 
     /// Takes the numbers of the newest graphics frame; returns the number of its tick, 0 before the first.

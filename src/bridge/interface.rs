@@ -43,6 +43,13 @@ macro_rules! shared_functions {
             /// closed afterwards. Control thread.
             safe fn foresound_engine_set_scene(engine: Handle, scene: Handle) { engine::set_scene(engine, scene) }
 
+            /// Gives all surfaces of a material's name, in the scene and in instances, other properties from the next tick on;
+            /// audible with the next update. Another scene has its own. `material`: null for a surface that reflects everything.
+            /// Control thread.
+            unsafe fn foresound_engine_set_material(engine: Handle, name: Text, material: In<MaterialOptions>) {
+                ENGINES.with(engine, |engine| engine.set_material(&name, &material))
+            }
+
             /// Writes the default options; `size` is set before. Any thread.
             unsafe fn foresound_propagation_options_default(options: Out<PropagationOptions>) {
                 options.store(PropagationOptions::default())
@@ -532,7 +539,7 @@ fn parameter<K: Kind>(name: &'static str, count: &[&'static str]) -> Parameter {
 
 /// The functions common to C and Java, and those that Java alone has in this form.
 pub fn functions() -> [Vec<Function>; 2] {
-    use super::engine::{PropagationOptions, SourceOptions};
+    use super::engine::{MaterialOptions, PropagationOptions, SourceOptions};
     use super::enumeration::{Layout, Predictor, Schedule};
     use super::health::{BudgetOptions, EngineHealth};
     use super::numbers::SourceNumbers;

@@ -89,6 +89,7 @@ pub fn structures() -> Vec<Structure> {
         of::<options::Options>(),
         of::<engine::SourceOptions>(),
         of::<engine::PropagationOptions>(),
+        of::<engine::MaterialOptions>(),
         of::<scenes::SceneOptions>(),
         of::<health::BudgetOptions>(),
         of::<scenes::SceneInfo>(),

@@ -13,7 +13,7 @@ use std::ffi::{CString, c_char};
 pub use arrays::*;
 pub use log_callback::*;
 
-use super::engine::{self, ENGINES, PropagationOptions, SourceOptions};
+use super::engine::{self, ENGINES, MaterialOptions, PropagationOptions, SourceOptions};
 use super::enumeration::{Layout, Predictor, Schedule};
 use super::error::{CallError, Status, catch_panic};
 use super::health::{BudgetOptions, EngineHealth};

@@ -17,7 +17,7 @@ use ::jni::strings::JNIString;
 use ::jni::sys::{JNI_ERR, JNI_VERSION_1_6, jint};
 use ::jni::{Env, EnvUnowned, JavaVM, NativeMethod, jni_str};
 
-use super::engine::{self, ENGINES, PropagationOptions, SourceOptions};
+use super::engine::{self, ENGINES, MaterialOptions, PropagationOptions, SourceOptions};
 use super::enumeration::{Layout, Predictor, Schedule};
 use super::error::{CallError, catch_panic};
 use super::health::{BudgetOptions, EngineHealth};

@@ -4,6 +4,7 @@
 //! [`Scene::commit`] is control side and allocates. All queries take `&self`, neither allocate nor block, and may run on
 //! several threads at once.
 
+mod changed_materials;
 pub mod instances;
 pub mod saved;
 
@@ -76,6 +77,8 @@ pub struct Scene {
     pub(super) mesh: Arc<CommittedMesh>,
     bvh: Arc<Bvh>,
     edges: Arc<EdgeSet>,
+    /// Materials of the fixed part, as they are now.
+    materials: Arc<[Material]>,
     reflectances: Arc<[Reflectance]>,
     transmission_factors: Arc<[BandArray]>,
     speed_of_sound_m_s: f64,
@@ -200,6 +203,7 @@ impl Scene {
             bvh: Arc::new(bvh),
             edges: Arc::new(edges),
             finite_panels: Arc::new(finite_panels),
+            materials: mesh.materials.as_slice().into(),
             reflectances: mesh.materials.iter().map(Reflectance::of).collect(),
             transmission_factors: mesh
                 .materials
@@ -220,6 +224,11 @@ impl Scene {
     /// Whether two scenes share the same fixed part.
     pub fn same_fixed_part(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.mesh, &other.mesh)
+    }
+
+    /// What changes with every change of a material.
+    pub(crate) fn reflectances(&self) -> &Arc<[Reflectance]> {
+        &self.reflectances
     }
 
     /// World to local coordinates.
@@ -410,7 +419,7 @@ impl Scene {
     /// The same for a known surface.
     #[inline]
     pub fn material_of(&self, surface: &Surface) -> &Material {
-        let (number, fixed) = (surface.material as usize, &self.mesh.materials);
+        let (number, fixed) = (surface.material as usize, &self.materials);
         match fixed.get(number) {
             Some(found) => found,
             None => self
@@ -454,7 +463,7 @@ impl Scene {
 
     /// All materials in use by the fixed part.
     pub fn materials(&self) -> &[Material] {
-        &self.mesh.materials
+        &self.materials
     }
 
     /// Material names missing from the table.

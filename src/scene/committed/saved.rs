@@ -127,6 +127,7 @@ impl Scene {
             mesh,
             bvh: _,
             edges,
+            materials,
             reflectances,
             transmission_factors: _,
             speed_of_sound_m_s,
@@ -153,6 +154,7 @@ impl Scene {
         edges.store(&mut content);
         finite_panels.store(&mut content);
         reflectances.to_vec().store(&mut content);
+        materials.to_vec().store(&mut content);
         Ok(sealed(&content.into_bytes()))
     }
 
@@ -249,12 +251,14 @@ fn restored(content: &[u8]) -> Option<Scene> {
     let edges = EdgeSet::load(&mut from);
     let finite_panels = FinitePanels::load(&mut from);
     let reflectances: Vec<Reflectance> = Vec::load(&mut from);
+    let materials: Vec<Material> = Vec::load(&mut from);
     let surfaces = mesh.surfaces.surfaces.len();
     let is_consistent = from.is_sound()
         && mesh.is_consistent()
         && edges.is_consistent(surfaces)
         && finite_panels.is_consistent(surfaces)
         && reflectances.len() == mesh.materials.len()
+        && materials.len() == mesh.materials.len()
         && sound.speed_of_sound_m_s > 0.0
         && sound.length_scale > 0.0;
     if !is_consistent {
@@ -267,11 +271,11 @@ fn restored(content: &[u8]) -> Option<Scene> {
         edges: Arc::new(edges),
         finite_panels: Arc::new(finite_panels),
         reflectances: reflectances.into(),
-        transmission_factors: mesh
-            .materials
+        transmission_factors: materials
             .iter()
             .map(Material::transmission_factor)
             .collect(),
+        materials: materials.into(),
         speed_of_sound_m_s: sound.speed_of_sound_m_s,
         length_scale: sound.length_scale,
         air_np_per_m: sound.air_np_per_m,

@@ -166,6 +166,15 @@ fn at_work(errors: &mut Errors) {
     errors.of("a pitch", controller.set_source_pitch(id, 9.0));
     errors.of("a seek", controller.seek_source(id, 0));
     errors.of("a ramp", controller.fade_source_gain(id, 1.0, -1.0));
+    let mut material = foresound::Material {
+        name: "no such material".into(),
+        absorption: [0.5; 8],
+        scattering: [0.0; 8],
+        transmission: [0.0; 8],
+    };
+    errors.of("no material", controller.set_material(&material));
+    material.transmission = [0.6; 8];
+    errors.of("too much passes", controller.set_material(&material));
     errors.of("no point", DistanceTable::new(&[]));
     errors.of("falling", DistanceTable::new(&[[2.0, 1.0], [1.0, 1.0]]));
     errors.of("a table's gain", DistanceTable::new(&[[2.0, -1.0]]));

@@ -358,6 +358,29 @@ namespace Foresound.Interop
     }
 
     /// <summary>
+    /// Properties of a material in octave bands, from the lowest: shares of energy, 0 to 1.
+    /// </summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct MaterialOptions
+    {
+        /// <summary>Bytes in C.</summary>
+        public const uint Bytes = 100;
+
+        /// <summary>
+        /// Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
+        /// </summary>
+        public uint Size;
+        /// <summary>
+        /// Share of the incident energy that is not reflected, what passes through included.
+        /// </summary>
+        public fixed float Absorption[8];
+        /// <summary>Share of the reflected energy outside the specular direction.</summary>
+        public fixed float Scattering[8];
+        /// <summary>Share of the incident energy behind the surface, at most the absorption.</summary>
+        public fixed float Transmission[8];
+    }
+
+    /// <summary>
     /// Rays and orders of propagation. Begin with FORESOUND_PROPAGATION_OPTIONS_INIT or
     /// foresound_propagation_options_default, then change fields.
     /// </summary>
@@ -929,6 +952,14 @@ namespace Foresound.Interop
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_engine_set_scene", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status EngineSetScene(ulong engine, ulong scene);
+
+        /// <summary>
+        /// Gives all surfaces of a material's name, in the scene and in instances, other properties from the next tick on;
+        /// audible with the next update. Another scene has its own. `material`: null for a surface that reflects everything.
+        /// Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_set_material", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EngineSetMaterial(ulong engine, byte* name, MaterialOptions* material);
 
         /// <summary>Writes the default options; `size` is set before. Any thread.</summary>
         [DllImport(Library, EntryPoint = "foresound_propagation_options_default", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::Controller;
+use crate::acoustics::Material;
 use crate::error::Result;
 use crate::scene::{InstanceId, InstancePose, Scene};
 
@@ -58,6 +59,19 @@ impl Controller {
     pub fn remove_instance(&mut self, id: InstanceId) -> Result<()> {
         let mut scene = self.posed_scene();
         scene.remove_instance(id)?;
+        self.take_scene(scene);
+        Ok(())
+    }
+
+    /// Gives all surfaces of a material's name, in the scene and in instances, another absorption, scattering and transmission
+    /// from the next tick on; audible with the next update: a window breaks, a curtain closes. The late reverb follows. Another
+    /// scene has its own materials. Allocates.
+    ///
+    /// # Errors
+    /// As [`Scene::set_material`]: the materials stay.
+    pub fn set_material(&mut self, material: &Material) -> Result<()> {
+        let mut scene = self.posed_scene();
+        scene.set_material(material)?;
         self.take_scene(scene);
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::acoustics::material::Reflectance;
 use crate::scene::committed::instances::pose::InstancePose;
 use crate::scene::{CommittedMesh, Scene};
 
@@ -20,6 +21,7 @@ pub enum SceneChange {
 #[derive(Debug, Clone, Default)]
 pub struct SceneSnapshot {
     fixed: Option<Arc<CommittedMesh>>,
+    reflectances: Option<Arc<[Reflectance]>>,
     placed: Vec<(InstancePose, Arc<Scene>)>,
 }
 
@@ -30,6 +32,7 @@ impl SceneSnapshot {
         let change = self.change_to(scene);
         if change != SceneChange::Nothing {
             self.fixed = Some(Arc::clone(&scene.mesh));
+            self.reflectances = Some(Arc::clone(scene.reflectances()));
             self.placed.clear();
             let placed = scene.instances.placed();
             self.placed
@@ -41,7 +44,9 @@ impl SceneSnapshot {
     fn change_to(&self, scene: &Scene) -> SceneChange {
         let fixed = self.fixed.as_ref();
         let placed = || scene.instances.placed().zip(&self.placed);
+        let materials = self.reflectances.as_ref();
         let is_same = fixed.is_some_and(|fixed| Arc::ptr_eq(fixed, &scene.mesh))
+            && materials.is_some_and(|materials| Arc::ptr_eq(materials, scene.reflectances()))
             && scene.instances.count == self.placed.len()
             && placed()
                 .all(|(now, (pose, part))| now.pose.id == pose.id && Arc::ptr_eq(&now.part, part));

@@ -11,6 +11,16 @@ struct PreparedMaterial {
     transmission_factor: BandArray,
 }
 
+impl PreparedMaterial {
+    fn of(material: &Material) -> Self {
+        Self {
+            material: material.clone(),
+            reflectance: Reflectance::of(material),
+            transmission_factor: material.transmission_factor(),
+        }
+    }
+}
+
 /// Each distinct material once: repeated parts do not grow the list.
 #[derive(Debug, Clone, Default)]
 pub(super) struct InstanceMaterials {
@@ -22,13 +32,23 @@ impl InstanceMaterials {
     pub(super) fn index(&mut self, material: &Material) -> usize {
         let known = self.entries.iter().position(|e| e.material == *material);
         known.unwrap_or_else(|| {
-            self.entries.push(PreparedMaterial {
-                material: material.clone(),
-                reflectance: Reflectance::of(material),
-                transmission_factor: material.transmission_factor(),
-            });
+            self.entries.push(PreparedMaterial::of(material));
             self.entries.len() - 1
         })
+    }
+
+    /// Whether a material has this name.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.entries.iter().any(|entry| entry.material.name == name)
+    }
+
+    /// Replaces all materials of a name.
+    pub(super) fn replace(&mut self, material: &Material) {
+        for entry in &mut self.entries {
+            if entry.material.name == material.name {
+                *entry = PreparedMaterial::of(material);
+            }
+        }
     }
 
     pub(super) fn material(&self, index: usize) -> Option<&Material> {

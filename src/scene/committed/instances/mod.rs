@@ -21,6 +21,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::Scene;
+use crate::acoustics::Material;
 use crate::error::{Error, Result};
 use crate::geometry::{Aabb, AabbTree, Hit, Ray};
 use crate::scene::edges::MOST_MIRRORS;
@@ -53,6 +54,16 @@ pub(super) struct Instances {
 }
 
 impl Instances {
+    /// Whether an instance has a material of its own of this name.
+    pub(super) fn has_material(&self, name: &str) -> bool {
+        self.materials.has(name)
+    }
+
+    /// Replaces the instances' own materials of a name.
+    pub(super) fn replace_material(&mut self, material: &Material) {
+        self.materials.replace(material);
+    }
+
     #[inline]
     pub(super) fn is_empty(&self) -> bool {
         self.count == 0

@@ -29,6 +29,7 @@ final class Native {
     static native void optionsDefault(double[] options);
     static native long engineCreate(int apiVersion, double[] options, byte[] hrtf, long[] engine);
     static native void engineSetScene(long engine, long scene);
+    static native void engineSetMaterial(long engine, String name, double[] material);
     static native void propagationOptionsDefault(double[] options);
     static native void engineSetPropagation(long engine, double[] options);
     static native void engineSetPredictor(long engine, int predictor);
@@ -171,6 +172,13 @@ final class Native {
         static final int SOURCE_RAYS = 1;
         static final int DEPTH = 2;
         static final int DIFFRACTION_ORDER = 3;
+    }
+
+    static final class MaterialOptions {
+        static final int LENGTH = 24;
+        static final int ABSORPTION = 0;
+        static final int SCATTERING = 8;
+        static final int TRANSMISSION = 16;
     }
 
     static final class SceneOptions {

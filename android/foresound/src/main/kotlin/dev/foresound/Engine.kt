@@ -48,6 +48,9 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
     /** The listener, whose pose takes effect with the next [tick]. */
     val listener = Listener()
 
+    /** Channels of what [render] writes, constant. */
+    val channels: Int
+
     init {
         val engine = LongArray(1)
         rendererHandle = Native.engineCreate(Native.VERSION, options.numbers(), options.hrtf, engine)
@@ -108,9 +111,6 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
 
     /** Sets the extrapolation of paths, from the next update on. */
     fun setPredictor(predictor: Predictor) = Native.engineSetPredictor(handle, predictor.number)
-
-    /** Channels of what [render] writes, constant. */
-    val channels: Int
 
     /**
      * Changes the layout, such as when headphones are plugged in or out (`AudioManager.registerAudioDeviceCallback`): sound
@@ -272,6 +272,16 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
     internal fun setPitch(id: Int, pitch: Float) = Native.sourceSetPitch(handle, id, pitch)
 
     internal fun fadeGain(id: Int, gain: Float, seconds: Float) = Native.sourceFadeGain(handle, id, gain, seconds)
+
+    /**
+     * Gives all surfaces of a material's name, in the scene and in instances, other properties in eight octave bands from the next
+     * tick on: shares of energy, 0 to 1. [absorption] counts what passes through too.
+     */
+    fun setMaterial(name: String, absorption: FloatArray, scattering: FloatArray, transmission: FloatArray) {
+        val bands = listOf(absorption, scattering, transmission)
+        require(bands.all { it.size == 8 }) { "a property has eight bands" }
+        Native.engineSetMaterial(handle, name, DoubleArray(24) { bands[it / 8][it % 8].toDouble() })
+    }
 
     internal fun setDistanceTable(id: Int, points: FloatArray) = Native.sourceSetDistanceTable(handle, id, points)
 
