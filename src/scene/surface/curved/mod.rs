@@ -89,12 +89,13 @@ impl CurvedSurfaces {
         let facets = Facets::of(mesh, vertices);
         let mut marks = Marks {
             is_taken: vec![false; mesh.triangles.len()],
+            is_tried: vec![false; mesh.triangles.len()],
             visited: vec![0; mesh.triangles.len()],
             pass: 0,
         };
         let mut found: Vec<(CurvedSurface, Vec<u32>)> = Vec::new();
         for seed in facets.seeds(mesh) {
-            if marks.is_taken[seed as usize] {
+            if marks.is_taken[seed as usize] || marks.is_tried[seed as usize] {
                 continue;
             }
             let nearest = facets.flood(&mut marks, seed, SMALLEST, |_| true);
@@ -182,11 +183,22 @@ struct Facets {
     bends: Vec<bool>,
 }
 
-/// Which facets are taken by a curved surface, and the last pass that has visited each.
+/// Which facets are taken by a curved surface, or lie on a shape that is none, and the last pass that has visited each.
 struct Marks {
     is_taken: Vec<bool>,
+    is_tried: Vec<bool>,
     visited: Vec<u32>,
     pass: u32,
+}
+
+impl Marks {
+    /// Facets of a region that is no curved surface are no seeds: each would find the same region.
+    fn reject<T>(&mut self, members: &[u32]) -> Option<T> {
+        for &facet in members {
+            self.is_tried[facet as usize] = true;
+        }
+        None
+    }
 }
 
 impl Facets {
@@ -245,9 +257,15 @@ impl Facets {
         // The shape of the whole region is more accurate than that of the first facets.
         for _ in 0..2 {
             members = self.flood(marks, seed, usize::MAX, |facet| self.lies_on(&shape, facet));
-            shape = self.shape_of(&members)?;
+            shape = match self.shape_of(&members) {
+                Some(shape) => shape,
+                None => return marks.reject(&members),
+            };
         }
-        self.is_curved(&shape, &members).then_some((shape, members))
+        match self.is_curved(&shape, &members) {
+            true => Some((shape, members)),
+            false => marks.reject(&members),
+        }
     }
 
     /// Connected facets from a seed on, nearest first.
