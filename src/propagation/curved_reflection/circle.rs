@@ -25,10 +25,18 @@ const LEAST_STEP: f64 = 1e-14;
 /// Difference of angles for the slope's own slope.
 const APART: f64 = 1e-4;
 
+/// Angle of the first position in steps between positions: off the axes, on which symmetric scenes have their zeros.
+const FIRST: f64 = 0.371;
+
 /// Slope of a path's length with the angle, per radius.
 fn slope(from: DVec2, to: DVec2, radius_m: f64, angle: f64) -> f64 {
-    let (sin, cos) = angle.sin_cos();
-    let (point, tangent) = (radius_m * DVec2::new(cos, sin), DVec2::new(-sin, cos));
+    slope_at(from, to, radius_m, DVec2::from_angle(angle))
+}
+
+/// The same for a unit vector at the angle.
+#[inline]
+fn slope_at(from: DVec2, to: DVec2, radius_m: f64, outward: DVec2) -> f64 {
+    let (point, tangent) = (radius_m * outward, outward.perp());
     let towards = (point - from).normalize_or_zero() + (point - to).normalize_or_zero();
     tangent.dot(towards)
 }
@@ -36,11 +44,13 @@ fn slope(from: DVec2, to: DVec2, radius_m: f64, angle: f64) -> f64 {
 /// Calls `found` with the angles of all stationary paths over a circle about the origin.
 pub(super) fn stationary(from: DVec2, to: DVec2, radius_m: f64, mut found: impl FnMut(f64)) {
     let step = TAU / SAMPLES as f64;
-    // Off the axes, on which symmetric scenes have their zeros.
-    let angle = |index: usize| step * (index as f64 + 0.371);
-    let mut before = slope(from, to, radius_m, angle(0));
+    let angle = |index: usize| step * (index as f64 + FIRST);
+    // Each position is the one before, turned by a step.
+    let (mut outward, turn) = (DVec2::from_angle(angle(0)), DVec2::from_angle(step));
+    let mut before = slope_at(from, to, radius_m, outward);
     for index in 1..=SAMPLES {
-        let after = slope(from, to, radius_m, angle(index));
+        outward = turn.rotate(outward);
+        let after = slope_at(from, to, radius_m, outward);
         if (before < 0.0) != (after < 0.0) {
             let ends = [(angle(index - 1), before), (angle(index), after)];
             let root = root(|at| slope(from, to, radius_m, at), ends);

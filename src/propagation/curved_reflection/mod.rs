@@ -28,10 +28,7 @@ use crate::scene::Scene;
 use crate::scene::surface::curved::CurvedSurface;
 use spreading::CurvedPoint;
 
-/// Most curved surfaces that are combined with mirror planes, the largest ones.
-pub const MAX_COMBINED: usize = 4;
-
-/// Most of those planes, the largest ones.
+/// Most planes that are combined with curved surfaces, the largest ones.
 pub const MAX_PLANES: usize = 6;
 
 /// Part of a whole turn from which a cylinder is a column.
@@ -59,7 +56,11 @@ pub fn find(
     let planes = &planes[..planes.len().min(MAX_PLANES)];
     let ends = [endpoints.from, endpoints.to].map(|end| scene.to_local(end));
     for (index, surface) in scene.curved_surfaces().iter().enumerate() {
-        let planes = if index < MAX_COMBINED { planes } else { &[] };
+        let planes = if scene.is_combined(index as u32) {
+            planes
+        } else {
+            &[]
+        };
         let choices = || std::iter::once(None).chain(planes.iter().copied().map(Some));
         for before in choices() {
             for after in choices() {

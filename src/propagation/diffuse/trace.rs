@@ -3,7 +3,6 @@
 
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
-use crate::propagation::curved_reflection::MAX_COMBINED;
 use crate::propagation::diffuse::bounce_buffer::{
     BounceBuffer, BounceEnergy, BouncePacket, amplify_by, weight,
 };
@@ -284,7 +283,7 @@ impl RayState {
             if let Some((index, normal)) = scene.smooth_normal(triangle, point.as_dvec3()) {
                 put_vector(&mut packet.normal, lane, normal.as_vec3());
                 curved |= 1 << lane;
-                combined |= u32::from((index as usize) < MAX_COMBINED) << lane;
+                combined |= u32::from(scene.is_combined(index)) << lane;
             }
         }
         let (before, bent) = (self.panels, self.bent);

@@ -336,6 +336,12 @@ impl Scene {
         &self.mesh.surfaces.curved.list
     }
 
+    /// Whether paths may reflect at a curved reflector and at planes before and after it.
+    #[inline]
+    pub(crate) fn is_combined(&self, curved: u32) -> bool {
+        curved < self.mesh.surfaces.curved.combined
+    }
+
     /// Index of a facet's curved reflector and the smooth surface's unit normal at a point of it, in local coordinates.
     #[inline]
     pub(crate) fn smooth_normal(&self, triangle: u32, point: DVec3) -> Option<(u32, DVec3)> {

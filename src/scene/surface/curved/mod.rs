@@ -39,6 +39,11 @@ const TOLERANCE: (f64, f64) = (5e-4, 2e-4);
 /// Angle in degrees by which a facet's normal may differ from the shape's at its middle beyond half of its width.
 const NORMAL_DEG: f64 = 2.0;
 
+/// Most curved surfaces that are combined with mirror planes, the largest ones, and least part of the scene's area that each
+/// has: what reflects less is late energy.
+const MOST_COMBINED: usize = 4;
+const LEAST_COMBINED: f64 = 0.01;
+
 /// Most curved surfaces of a scene, the largest ones; others stay facets.
 const MOST_CURVED: usize = 32;
 
@@ -65,6 +70,8 @@ pub struct CurvedSurfaces {
     pub(in crate::scene) list: Vec<CurvedSurface>,
     /// Index of the curved surface of each triangle, or [`NONE`]; empty without curved surfaces.
     of_triangle: Vec<u32>,
+    /// Number of curved surfaces that are combined with mirror planes, from the first.
+    pub(in crate::scene) combined: u32,
 }
 
 impl CurvedSurfaces {
@@ -127,8 +134,15 @@ impl CurvedSurfaces {
         }
         found.sort_by(|(a, _), (b, _)| b.area_m2.total_cmp(&a.area_m2).then(a.key.cmp(&b.key)));
         found.truncate(MOST_CURVED);
+        let least_m2 = LEAST_COMBINED * facets.areas_m2.iter().sum::<f64>();
+        let large = found.iter().take(MOST_COMBINED);
+        let combined = large.filter(|(surface, _)| surface.area_m2 >= least_m2);
+        let combined = combined.count() as u32;
         let keys: Vec<u64> = found.iter().map(|(surface, _)| surface.key).collect();
-        let mut result = Self::default();
+        let mut result = Self {
+            combined,
+            ..Self::default()
+        };
         if !found.is_empty() {
             result.of_triangle = vec![NONE; mesh.triangles.len()];
         }
@@ -155,6 +169,7 @@ stored!(CurvedSurface {
 stored!(CurvedSurfaces {
     list: Vec<CurvedSurface>,
     of_triangle: Vec<u32>,
+    combined: u32,
 });
 
 impl CurvedSurfaces {
@@ -164,6 +179,7 @@ impl CurvedSurfaces {
         let lists = [0, triangles].contains(&self.of_triangle.len());
         let mut shapes = self.list.iter().map(|surface| &surface.shape);
         lists
+            && self.combined <= count
             && self
                 .of_triangle
                 .iter()
