@@ -13,7 +13,7 @@ use crate::progress::Progress;
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Measure only this law, or all laws whose names start with it and a slash.
+    /// Measure only this law and all laws whose names start with it and a slash.
     #[arg(long)]
     law: Option<String>,
     /// Also write pictures of the laws into this folder.
@@ -27,11 +27,11 @@ pub(crate) struct Arguments {
 /// Success if all laws hold, exit code 1 otherwise.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let laws = match &arguments.law {
-        // `late` is all laws whose names start with `late/`.
+        // `mesh` is the law of that name and all whose names start with `mesh/`.
         Some(law) => {
             let is_part = |name: &&str| {
                 let rest = name.strip_prefix(law.as_str());
-                rest.is_some_and(|rest| rest.starts_with('/'))
+                rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
             };
             let parts: Vec<_> = law_names().into_iter().filter(is_part).collect();
             match parts.is_empty() {
