@@ -51,9 +51,9 @@ impl UpdateKind {
         }
     }
 
-    /// Time of an update relative to a whole one for the same predictor. Measured as processor time in the concert hall,
-    /// with 4 and with 16 sources, for another listener position: urgent 0.13 and 0.19, late 0.29 and 0.20, plain, whose
-    /// late energy is known by then, 0.35.
+    /// Time of an update relative to a whole one for the same predictor: estimates from processor times in the concert hall,
+    /// with 4 and with 16 sources, for another listener position, on a busy machine. Urgent took 0.13 and 0.19 with twice
+    /// the sequences of today, late and plain together 0.5 to 0.6.
     pub(crate) fn share(self, predictor: PredictorKind, sources: usize) -> f64 {
         let share = match self {
             Self::Whole => return 1.0,
