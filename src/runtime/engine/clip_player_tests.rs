@@ -135,11 +135,12 @@ fn pause_seek_and_pitch_have_no_step() {
         state(|state| state.pitch = 0.25),
         state(|state| (state.seek, state.seek_serial, state.seek_to) = (1, 1, 1033)),
     ];
+    let whole = tone(step, 60_000);
     for change in changes {
-        let mut player = player(tone(step, 60_000), None, [0, 0]);
+        let mut player = player(whole.clone(), None, [0, 0]);
         let mut now = 0;
         let mut heard = run(&mut player, &plain, &mut now, 500);
-        assert_eq!(heard, tone(step, 500));
+        assert_eq!(heard, whole[..500]);
         heard.extend(run(&mut player, &change, &mut now, 1600));
         if change.is_paused {
             assert_eq!(player.cell.load(1).state, PlaybackState::Paused);
@@ -162,10 +163,11 @@ fn pause_seek_and_pitch_have_no_step() {
 #[test]
 fn a_seek_of_another_playback_has_no_effect_and_a_clip_reports_its_end() {
     let other = state(|state| (state.seek, state.seek_serial, state.seek_to) = (1, 2, 50));
-    let mut player = player(tone(0.1, 100), None, [0, 0]);
+    let whole = tone(0.1, 100);
+    let mut player = player(whole.clone(), None, [0, 0]);
     let mut now = 0;
     let heard = run(&mut player, &other, &mut now, 64);
-    assert_eq!(heard, tone(0.1, 64));
+    assert_eq!(heard, whole[..64]);
     let playing = Playback {
         state: PlaybackState::Playing,
         frame: 64,
