@@ -55,7 +55,7 @@ const TABLE: [(&str, &str); 43] = [
     ),
     (
         "propagation::diffuse",
-        "acoustics geometry propagation propagation::curved_reflection propagation::image_source propagation::rays scene scene::committed scene::surface simd",
+        "acoustics geometry propagation propagation::image_source propagation::rays scene scene::committed scene::surface simd",
     ),
     (
         "propagation::transmission",
