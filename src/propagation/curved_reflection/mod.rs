@@ -2,7 +2,7 @@
 //!
 //! Runs with the propagation update. By Fermat's principle a path is stationary over the surface. In a sphere it lies in the
 //! plane of its ends and the centre, in a cylinder it projects on a cross-section: both leave the same problem on a circle
-//! ([`circle`]), whose up to four solutions are found by their slope. Facets only decide where the surface ends and what
+//! (`circle`), whose up to four solutions are found by their slope. Facets only decide where the surface ends and what
 //! occludes. Bounded by the constants below; deterministic; allocates nothing. Own.
 
 mod circle;

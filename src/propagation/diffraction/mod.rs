@@ -51,7 +51,7 @@ use crate::propagation::path::Path;
 use crate::scene::Scene;
 use crate::scene::edges::DiffractingEdges;
 
-/// Longest detour over an edge in metres, times [`Scene::length_scale`]: 36 wavelengths at 1 kHz, where less than 5 % of the
+/// Longest detour over an edge in metres, times `Scene::length_scale`: 36 wavelengths at 1 kHz, where less than 5 % of the
 /// wave is left behind a screen. Paths fade out over the last quarter of it.
 pub const MAX_DETOUR_M: f64 = 12.0;
 

@@ -1,7 +1,7 @@
 //! Saved scenes: the fixed part of a committed scene as bytes, ready for rays.
 //!
 //! Control side. The bytes are a magic number, the version of the format, the length and the checksum of the rest
-//! ([`crate::binary`], little-endian). They hold for every machine: the tree is stored by its structure and gets the boxes
+//! (`crate::binary`, little-endian). They hold for every machine: the tree is stored by its structure and gets the boxes
 //! of the loading machine's instruction set. Bytes of any content end in a scene or in an error: indices and ranges that
 //! queries rely on are checked, whatever the checksum says.
 

@@ -48,7 +48,7 @@ pub struct Edge {
     /// Whether its start and its other end are free. An edge that ends at a surface across it, such as a floor, goes on in
     /// that surface's image.
     pub free_ends: [bool; 2],
-    /// Wavelengths in the scene's air relative to those in the default air ([`crate::scene::Scene::length_scale`]).
+    /// Wavelengths in the scene's air relative to those in the default air (`Scene::length_scale`).
     pub length_scale: f64,
 }
 
