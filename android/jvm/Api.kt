@@ -92,7 +92,7 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
         check(numbers.pathCount == arrivals.size && arrivals.count { it.kind <= PathKind.TRANSMITTED } == 1) { "$arrivals" }
         check(arrivals.all { it.delaySeconds > 0 && Math.abs(it.arrival.sumOf { x -> (x * x).toDouble() } - 1) < 1e-3 })
         val now = engine.statistics()
-        check(now.state == EngineState.RUNNING && now.updates == 30L && now.sources == 1) { "${now.updates}" }
+        check(now.state == EngineState.RUNNING && now.updates == 30L && now.sources == 2) { "${now.updates} ${now.sources}" } // the voice and the one-shot
 
         val lines = engine.paths()
         check(lines.size in 2..40 && lines.all { it.corners.size in 6..18 && it.corners.size % 3 == 0 }) { "$lines" }
