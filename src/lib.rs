@@ -118,9 +118,9 @@ pub use extrapolation::{GeometricSettings, PredictionTarget, PredictorKind};
 pub use generation::{BlockReport, GeneratorSettings, Hrtf, Layout};
 pub use propagation::PropagationSettings;
 pub use runtime::{
-    AffinityPolicy, Budget, Clip, Controller, Engine, EngineSchedule, EngineSettings, EngineState,
-    FrameTime, PlaySettings, Playback, PlaybackState, QualityChoice, QualityLevel, RenderReport,
-    Renderer, StreamWriter,
+    AffinityPolicy, Budget, BusStatus, Clip, Controller, Engine, EngineSchedule, EngineSettings,
+    EngineState, FrameTime, PlaySettings, Playback, PlaybackState, QualityChoice, QualityLevel,
+    RenderReport, Renderer, StreamWriter,
 };
 pub use scene::{
     DEFAULT_PRIORITY, Directivity, DirectivityTable, DistanceCurve, DistanceTable, Effects,

@@ -10,7 +10,8 @@ use foresound::extrapolation::PredictorKind;
 use foresound::generation::{GeneratorSettings, Hrtf, Layout};
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::{
-    AffinityPolicy, Engine, EngineSettings, EngineState, NullDevice, SoundThread,
+    AffinityPolicy, BusStatus, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime,
+    NullDevice, SoundThread,
 };
 use foresound::scene::{
     InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId,
@@ -147,6 +148,52 @@ fn the_audio_side_neither_allocates_nor_frees() {
         updates >= 50 && swaps > 20 && added > 100 && hung > 10 && layouts > 20,
         "{updates} {swaps} {added} {hung} {layouts}"
     );
+}
+
+/// A block whose sources are rendered apart, with wrong calls and blocks that nobody ends.
+#[test]
+fn sources_are_rendered_apart_without_allocation() {
+    let mut settings = settings();
+    settings.generation.source_buses = true;
+    settings.schedule = EngineSchedule::Synchronous;
+    settings.frame_time = FrameTime::Fixed(1.0 / 60.0);
+    let (mut controller, mut renderer) = Engine::new(settings).expect("an engine");
+    controller.set_scene(room(6.0)).expect("accepted");
+    let ids: Vec<SourceId> = (0..4)
+        .map(|n| {
+            controller
+                .add_source(Vec3::new(n as f32, 1.0, 2.0))
+                .expect("a slot")
+        })
+        .collect();
+    let (dry, mut bus) = (vec![0.1; 256], vec![0.0; 2 * 256]);
+    let (mut operations, mut own) = (0, 0);
+    for frame in 0..200 {
+        if frame == 100 {
+            controller.remove_source(ids[0]).expect("is there");
+        }
+        if frame % 50 == 49 {
+            let layout = Layout::ALL[frame / 50 % 3];
+            controller.set_layout(layout).expect("two channels");
+        }
+        let listener = ListenerPose::facing(Vec3::new(3.0, 1.5, 2.0), frame as f32 * 0.02);
+        controller.tick(listener, &[]).expect("a good pose");
+        let before = counting::operations();
+        for block in 0..3 {
+            renderer.begin_block(256);
+            for id in &ids[..3] {
+                let status = renderer.render_source(*id, &dry, &mut bus);
+                own += u32::from(status == BusStatus::Own);
+            }
+            renderer.render_source(ids[1], &dry[1..], &mut bus);
+            if block > 0 {
+                renderer.render_reverb(&mut bus[block - 1..]);
+            }
+        }
+        operations += counting::operations() - before;
+    }
+    assert_eq!(operations, 0);
+    assert!(own > 1000, "{own}");
 }
 
 #[test]

@@ -4,6 +4,8 @@
 //! [`Generator::render`]. They are wait-free: no allocation, lock, panic or clock. Input: [`FramePaths`] and one mono signal
 //! per source; output: interleaved channels and a [`BlockReport`].
 
+mod source_buses;
+
 use std::sync::Arc;
 
 use glam::Quat;
@@ -18,9 +20,12 @@ use crate::generation::bands::band_filter::SIGNALS;
 use crate::generation::delay::delay_line::DelayLine;
 use crate::generation::delay::interpolation::AHEAD;
 use crate::generation::output_stage::OutputStage;
-use crate::generation::ramp::ChunkSpan;
+use crate::generation::ramp::{ChunkSpan, Chunks};
 use crate::generation::render_context::{Dropped, RenderContext, SlotOwner};
 use crate::generation::reverb::late_reverb::LateReverb;
+
+/// Longest block in audio frames whose sources are rendered apart.
+const MAX_BLOCK: usize = 4096;
 
 /// Input samples of at least this magnitude and NaN are replaced by zero: squares stay finite.
 const MAX_SAMPLE: f32 = 1e6;
@@ -79,7 +84,8 @@ pub struct Generator {
     channels: usize,
     correction: BandCorrection,
     air: AirFilter,
-    /// One filter per four sources.
+    /// Sources per filter: four, or one if sources can be rendered apart.
+    signals: usize,
     filters: Vec<BandFilter>,
     lines: Vec<DelayLine>,
     owners: Vec<SlotOwner>,
@@ -124,17 +130,22 @@ impl Generator {
             false => None,
         };
         let sources = settings.max_sources;
+        let (signals, block) = match settings.source_buses {
+            true => (1, MAX_BLOCK),
+            false => (SIGNALS, 0),
+        };
         Ok(Self {
             rate_hz,
             max_delay,
             channels,
             correction: BandCorrection::new(settings.rate_hz),
             air: AirFilter::new(settings.rate_hz),
-            filters: (0..sources.div_ceil(SIGNALS))
+            signals,
+            filters: (0..sources.div_ceil(signals))
                 .map(|_| BandFilter::new(settings.rate_hz))
                 .collect(),
             lines: (0..sources)
-                .map(|_| DelayLine::new(max_delay as usize))
+                .map(|_| DelayLine::new(max_delay as usize + block))
                 .collect(),
             owners: vec![SlotOwner::NONE; sources],
             late: settings
@@ -282,7 +293,7 @@ impl Generator {
             if owner.bits != bits {
                 if owner.bits.is_some() {
                     owner.since = self.now;
-                    self.filters[id.slot() / SIGNALS].reset(id.slot() % SIGNALS);
+                    self.filters[id.slot() / self.signals].reset(id.slot() % self.signals);
                 }
                 owner.bits = bits;
             }
@@ -329,29 +340,32 @@ impl Generator {
     ) -> BlockReport {
         let channels = self.channels;
         let frames = output.len() / channels;
-        let mut start = 0;
-        while start < frames {
-            let mut count = (frames - start).min(CHUNK);
-            if self.left > 0 {
-                count = count.min(self.left as usize);
-            }
+        for (start, chunk) in Chunks::new(self.now, self.left, frames) {
+            let end = start + chunk.frames;
             self.render_chunk(
                 inputs,
                 start,
-                &mut output[channels * start..channels * (start + count)],
+                chunk,
+                &mut output[channels * start..channels * end],
             );
-            start += count;
         }
         output[channels * frames..].fill(0.0);
         self.add_bed(bed, output);
-        let mut report = std::mem::take(&mut self.report);
+        let mut report = self.take_report(frames);
         if let Some(limiter) = &mut self.limiter {
             report.limiter_gain_min = limiter.process(output);
         }
-        report.frames = frames as u32;
-        let stages = self.last_stage.iter().chain([&self.stage]);
-        report.voices = stages.map(|stage| stage.voices.count() as u32).sum();
         report
+    }
+
+    /// The counts since the last report.
+    fn take_report(&mut self, frames: usize) -> BlockReport {
+        let stages = self.last_stage.iter().chain([&self.stage]);
+        BlockReport {
+            frames: frames as u32,
+            voices: stages.map(|stage| stage.voices.count() as u32).sum(),
+            ..std::mem::take(&mut self.report)
+        }
     }
 
     /// Adds a signal without position; its gains glide where the layout has changed.
@@ -372,16 +386,17 @@ impl Generator {
     }
 
     /// Renders a chunk within which no ramp ends.
-    fn render_chunk(&mut self, inputs: &[&[f32]], start: usize, output: &mut [f32]) {
-        let frames = output.len() / self.channels;
-        for quartet in 0..self.filters.len() {
-            self.write_sources(quartet, inputs, start, frames);
+    fn render_chunk(
+        &mut self,
+        inputs: &[&[f32]],
+        start: usize,
+        chunk: ChunkSpan,
+        output: &mut [f32],
+    ) {
+        for group in 0..self.filters.len() {
+            let first = group * self.signals;
+            self.write_sources(group, inputs.get(first..).unwrap_or_default(), start, chunk);
         }
-        let chunk = ChunkSpan {
-            now: self.now,
-            left: self.left,
-            frames,
-        };
         output.fill(0.0);
         self.stage.add_voices(&self.lines, chunk);
         let mut last_stage = self.last_stage.as_mut().filter(|stage| !stage.is_over());
@@ -392,7 +407,7 @@ impl Generator {
             for (slot, line) in self.lines.iter().enumerate() {
                 reverb.collect(slot, line, chunk);
             }
-            let waves = reverb.process(self.left, frames);
+            let waves = reverb.process(chunk.left, chunk.frames);
             self.stage.add_waves(chunk, waves);
             if let Some(last) = &mut last_stage {
                 last.add_waves(chunk, waves);
@@ -402,23 +417,33 @@ impl Generator {
         if let Some(last) = last_stage {
             last.finish(output, self.channels);
         }
+        self.silence_non_finite(output);
+        self.advance(chunk);
+    }
+
+    /// Replaces values that are not finite by zero, and counts them.
+    fn silence_non_finite(&mut self, output: &mut [f32]) {
         for value in output {
             if !value.is_finite() {
                 *value = 0.0;
                 self.report.non_finite += 1;
             }
         }
-        self.now += frames as i64;
-        self.left = self.left.saturating_sub(frames as u32);
     }
 
-    /// Splits the chunk of four sources into bands and appends it to their delay lines.
-    fn write_sources(&mut self, quartet: usize, inputs: &[&[f32]], start: usize, frames: usize) {
-        let first = quartet * SIGNALS;
-        let filter = &mut self.filters[quartet];
+    /// Advances the time behind a chunk.
+    fn advance(&mut self, chunk: ChunkSpan) {
+        self.now = chunk.now + chunk.frames as i64;
+        self.left = chunk.left.saturating_sub(chunk.frames as u32);
+    }
+
+    /// Splits a chunk of the sources of one filter into bands and appends it to their delay lines.
+    fn write_sources(&mut self, group: usize, inputs: &[&[f32]], start: usize, chunk: ChunkSpan) {
+        let (first, frames) = (group * self.signals, chunk.frames);
+        let filter = &mut self.filters[group];
         let mut sounding: [bool; SIGNALS] = std::array::from_fn(|n| filter.is_sounding(n));
-        for (n, clean) in self.clean.iter_mut().enumerate() {
-            let input = inputs.get(first + n).and_then(|input| input.get(start..));
+        for (n, clean) in self.clean.iter_mut().enumerate().take(self.signals) {
+            let input = inputs.get(n).and_then(|input| input.get(start..));
             let input = input.unwrap_or_default();
             let clean = &mut clean[..frames];
             clean[input.len().min(frames)..].fill(0.0);
@@ -437,12 +462,12 @@ impl Generator {
             let clean = self.clean.each_ref().map(|clean| &clean[..frames]);
             filter.process(clean, self.bands.each_mut().map(|b| &mut b[..frames]));
         }
-        let lines = self.lines.iter_mut().skip(first);
+        let lines = self.lines.iter_mut().skip(first).take(self.signals);
         for ((line, bands), sounds) in lines.zip(&self.bands).zip(sounding) {
             if sounds {
-                line.write(self.now, &bands[..frames]);
-            } else if !line.is_empty(self.now) {
-                line.write_silence(self.now, frames);
+                line.write(chunk.now, &bands[..frames]);
+            } else if !line.is_empty(chunk.now) {
+                line.write_silence(chunk.now, frames);
             }
         }
     }

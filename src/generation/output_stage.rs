@@ -28,6 +28,8 @@ pub(crate) struct OutputStage {
     pub(crate) voices: VoiceSet,
     far_field: Option<FarField>,
     buses: OutputBuses,
+    /// Those of each source's voices, if sources have buses.
+    slot_buses: Vec<OutputBuses>,
     /// Gains of a signal without position in the first two channels, of its middle and its side: of the energy of two ears.
     bed_gains: [[f32; 2]; 2],
     /// Whether the stage fades out, and frames until it is silent.
@@ -63,6 +65,10 @@ impl OutputStage {
             voices: VoiceSet::new(settings.max_voices, fine_voices, &table),
             far_field: settings.late.then(|| FarField::new(&table)),
             table,
+            slot_buses: match settings.source_buses {
+                true => vec![buses.clone(); settings.max_sources],
+                false => Vec::new(),
+            },
             buses,
             bed_gains: match (
                 settings.layout.ambisonics_order(),
@@ -117,7 +123,34 @@ impl OutputStage {
 
     /// Adds a chunk of the voices and of the plane waves to the buses.
     pub(crate) fn add_voices(&mut self, lines: &[DelayLine], chunk: ChunkSpan) {
-        self.voices.render(lines, chunk, &mut self.buses);
+        if self.slot_buses.is_empty() {
+            self.voices.render(lines, chunk, &mut self.buses);
+            return;
+        }
+        for (slot, buses) in self.slot_buses.iter_mut().enumerate() {
+            self.voices.render_slot(slot, lines, chunk, buses);
+        }
+        self.voices.remove_faded();
+    }
+
+    /// Adds a chunk of one source's voices to interleaved frames of `channels` channels. After the chunks of all sources call
+    /// [`Self::end_slots`].
+    pub(crate) fn render_slot(
+        &mut self,
+        slot: usize,
+        lines: &[DelayLine],
+        chunk: ChunkSpan,
+        (output, channels): (&mut [f32], usize),
+    ) {
+        if let Some(buses) = self.slot_buses.get_mut(slot) {
+            self.voices.render_slot(slot, lines, chunk, buses);
+            buses.finish(output, channels);
+        }
+    }
+
+    /// Ends a block whose sources were rendered apart.
+    pub(crate) fn end_slots(&mut self) {
+        self.voices.remove_faded();
     }
 
     /// Adds a chunk of the plane waves to the buses; `None` is silence.
@@ -129,6 +162,14 @@ impl OutputStage {
 
     /// Adds the chunk's sound to interleaved frames of `channels` channels.
     pub(crate) fn finish(&mut self, output: &mut [f32], channels: usize) {
+        for buses in &mut self.slot_buses {
+            buses.finish(output, channels);
+        }
+        self.finish_waves(output, channels);
+    }
+
+    /// [`Self::finish`] without the sources, which were rendered apart.
+    pub(crate) fn finish_waves(&mut self, output: &mut [f32], channels: usize) {
         self.buses.finish(output, channels);
         let frames = (output.len() / channels) as u32;
         self.fade_left = self.fade_left.saturating_sub(frames);

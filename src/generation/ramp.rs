@@ -4,6 +4,7 @@
 //! `target − growth × frames left`. A render call may end anywhere in a ramp, the value does not drift, and at the end it is
 //! the target bit for bit.
 
+use crate::generation::CHUNK;
 use crate::simd::F32x8;
 
 /// The chunk being rendered.
@@ -15,6 +16,50 @@ pub(crate) struct ChunkSpan {
     pub(crate) left: u32,
     /// Number of frames, at most [`CHUNK`](crate::generation::CHUNK).
     pub(crate) frames: usize,
+}
+
+/// The chunks of a block, each with its first frame in the block: no ramp ends within a chunk.
+pub(crate) struct Chunks {
+    now: i64,
+    left: u32,
+    start: usize,
+    end: usize,
+}
+
+impl Chunks {
+    /// Of a block of `frames` frames from time `now` on, with `left` frames of the ramp left.
+    pub(crate) fn new(now: i64, left: u32, frames: usize) -> Self {
+        Self {
+            now,
+            left,
+            start: 0,
+            end: frames,
+        }
+    }
+}
+
+impl Iterator for Chunks {
+    type Item = (usize, ChunkSpan);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let mut frames = (self.end - self.start).min(CHUNK);
+        if self.left > 0 {
+            frames = frames.min(self.left as usize);
+        }
+        if frames == 0 {
+            return None;
+        }
+        let chunk = ChunkSpan {
+            now: self.now,
+            left: self.left,
+            frames,
+        };
+        let start = self.start;
+        self.start += frames;
+        self.now += frames as i64;
+        self.left = self.left.saturating_sub(frames as u32);
+        Some((start, chunk))
+    }
 }
 
 /// A value that moves linearly to its target.

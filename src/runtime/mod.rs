@@ -20,8 +20,8 @@ pub use crate::runtime::threads::clock::thread_processor_time;
 pub use crate::runtime::threads::workers::{MAX_THREADS, Threads};
 pub use budget::{Budget, QualityChoice, QualityLevel};
 pub use engine::{
-    Clip, Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime, PlaySettings,
-    Playback, PlaybackState, RenderReport, Renderer, Statistics, StreamWriter, VirtualClock,
-    VirtualEngine,
+    BusStatus, Clip, Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime,
+    PlaySettings, Playback, PlaybackState, RenderReport, Renderer, Statistics, StreamWriter,
+    VirtualClock, VirtualEngine,
 };
 pub use trace::TraceLog;

@@ -7,6 +7,8 @@
 //! filters: an arrival costs one multiplication per component and sample, and the cost of the filters does not depend on
 //! the number of arrivals.
 
+use std::sync::Arc;
+
 use crate::simd::{F32x8, LaneSet, kernel};
 
 use crate::generation::panning::direction_table::LANES;
@@ -60,8 +62,8 @@ impl Contribution<'static> {
     }
 }
 
-/// The buses of the output and the filters of binaural sound.
-#[derive(Debug)]
+/// The buses of the output and the filters of binaural sound. A clone shares the filters and has buses of its own.
+#[derive(Debug, Clone)]
 pub(crate) struct OutputBuses {
     set: LaneSet,
     ears: usize,
@@ -69,7 +71,7 @@ pub(crate) struct OutputBuses {
     /// Channels of a layout whose buses are not filtered.
     channels: Option<usize>,
     /// Ordered by group, then by tap.
-    basis: Vec<F32x8>,
+    basis: Arc<[F32x8]>,
     taps: usize,
     /// Past frames that the filters read.
     history: usize,
@@ -90,7 +92,7 @@ impl OutputBuses {
             ears: 1,
             groups,
             channels: Some(channels),
-            basis: Vec::new(),
+            basis: Arc::new([]),
             taps: 1,
             history: 0,
             buses: vec![F32x8::ZERO; groups * CHUNK],
@@ -114,7 +116,7 @@ impl OutputBuses {
             ears: 2,
             groups,
             channels: None,
-            basis,
+            basis: basis.into(),
             taps,
             history,
             buses: vec![F32x8::ZERO; 2 * groups * (history + CHUNK)],

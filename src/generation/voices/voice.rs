@@ -58,7 +58,7 @@ pub(crate) struct Voice {
     air: Option<AirState>,
     /// Whether the voice fades out, and the frames until its end.
     fading: bool,
-    pub(crate) fade_left: u32,
+    fade_left: u32,
 }
 
 /// Buffers of a voice.
@@ -103,6 +103,11 @@ impl Voice {
         };
         let end = last_position(now - 1 + i64::from(ramp), delay);
         self.ramp_gain(request.gain, end);
+    }
+
+    /// Counts rendered frames of a fade-out.
+    pub(crate) fn advance_fade(&mut self, frames: usize) {
+        self.fade_left = self.fade_left.saturating_sub(frames as u32);
     }
 
     /// Whether the voice has faded out.

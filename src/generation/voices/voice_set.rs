@@ -9,6 +9,8 @@
 //! a path waits too. For even block times, voices start a few at a time, the loudest first, as the fades end
 //! ([`VoiceSet::take_paths`], [`VoiceSet::start`]).
 
+use std::ops::Range;
+
 use crate::extrapolation::FramePath;
 use crate::simd::{F32x8, LaneSet, prefetch};
 
@@ -404,9 +406,64 @@ impl VoiceSet {
         self.fading.push(index);
     }
 
-    /// Adds a chunk of every voice to the buses in one pass over the delay lines, in batches of one kind.
+    /// Adds a chunk of every voice to the buses in one pass over the delay lines.
     pub(crate) fn render(
         &mut self,
+        lines: &[DelayLine],
+        chunk: ChunkSpan,
+        buses: &mut OutputBuses,
+    ) {
+        self.render_range(0..self.order.len(), lines, chunk, buses);
+        for &index in &self.fading {
+            self.voices[index as usize].advance_fade(chunk.frames);
+        }
+        self.remove_faded();
+    }
+
+    /// Adds a chunk of one source's voices to the buses. After the chunks of all sources call [`Self::remove_faded`].
+    pub(crate) fn render_slot(
+        &mut self,
+        slot: usize,
+        lines: &[DelayLine],
+        chunk: ChunkSpan,
+        buses: &mut OutputBuses,
+    ) {
+        let slot_of = |index: &u32| self.voices[*index as usize].slot;
+        let first = self.order.partition_point(|index| slot_of(index) < slot);
+        let end = self.order.partition_point(|index| slot_of(index) <= slot);
+        if first == end {
+            return;
+        }
+        self.render_range(first..end, lines, chunk, buses);
+        for &index in &self.order[first..end] {
+            self.voices[index as usize].advance_fade(chunk.frames);
+        }
+    }
+
+    /// Frees the voices that have faded out.
+    pub(crate) fn remove_faded(&mut self) {
+        if self.fading.is_empty() {
+            return;
+        }
+        let (voices, free) = (&self.voices, &mut self.free);
+        let before = self.fading.len();
+        self.fading.retain(|&index| {
+            let is_over = voices[index as usize].is_over();
+            if is_over {
+                free.push(index);
+            }
+            !is_over
+        });
+        if self.fading.len() < before {
+            self.order
+                .retain(|&index| !voices[index as usize].is_over());
+        }
+    }
+
+    /// Adds a chunk of a range of [`Self::order`] to the buses, in batches of one kind.
+    fn render_range(
+        &mut self,
+        range: Range<usize>,
         lines: &[DelayLine],
         chunk: ChunkSpan,
         buses: &mut OutputBuses,
@@ -414,11 +471,11 @@ impl VoiceSet {
         let resting = usize::from(chunk.left == 0);
         let mut batches = [[0; BATCH]; KINDS];
         let mut counts = [0; KINDS];
-        for position in 0..self.order.len() {
+        for position in range {
             let index = self.order[position];
             let prefetch_window = self.prefetch_next(position + 1, lines, chunk.frames);
             let voice = &mut self.voices[index as usize];
-            let Some(line) = lines.get(voice.slot) else {
+            let Some(line) = lines.get(voice.slot).filter(|_| !voice.is_over()) else {
                 continue;
             };
             let is_fine = voice.groups[resting] == self.groups;
@@ -449,23 +506,6 @@ impl VoiceSet {
             if !rest.is_empty() {
                 self.add(rest, kind, chunk, buses);
             }
-        }
-        if self.fading.is_empty() {
-            return;
-        }
-        let (voices, free) = (&mut self.voices, &mut self.free);
-        let before = self.fading.len();
-        self.fading.retain(|&index| {
-            let fade_left = &mut voices[index as usize].fade_left;
-            *fade_left = fade_left.saturating_sub(chunk.frames as u32);
-            if *fade_left == 0 {
-                free.push(index);
-            }
-            *fade_left > 0
-        });
-        if self.fading.len() < before {
-            self.order
-                .retain(|&index| !voices[index as usize].is_over());
         }
     }
 

@@ -27,7 +27,7 @@ fn clip(samples: Vec<f32>, is_looped: bool) -> SampleSource {
 }
 
 fn mixer(sources: u16) -> Mixer {
-    let mut mixer = Mixer::new(usize::from(sources), 2, BLOCK, 44_100);
+    let mut mixer = Mixer::new(usize::from(sources), [2, 2], BLOCK, 44_100);
     for index in 0..sources {
         let feed = clip(vec![1.0; 100], true);
         let id = SourceId::new(index, 0);

@@ -5,10 +5,11 @@
 //! paths, sources and audio frames. Dropping a renderer frees memory.
 
 mod frame;
+mod source_buses;
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::frame_clock::FrameClock;
 use super::frame_numbers::FrameSender;
@@ -21,6 +22,7 @@ use crate::generation::Generator;
 use crate::propagation::MAX_ORDER;
 use crate::runtime::engine::block_pacing::BlockPacing;
 use crate::runtime::engine::sample_source::SampleSource;
+use crate::runtime::engine::source_virtualization::own_slots;
 use crate::runtime::handover::newest::Receiver;
 use crate::runtime::phone::this_thread;
 use crate::runtime::threads::affinity::{Placement, ThreadRole, place_this_thread};
@@ -105,6 +107,40 @@ pub struct Renderer {
     frame_s: f64,
     /// Time spent on its direct paths and on its other paths so far.
     elapsed: [Duration; 2],
+    apart: SourceBlock,
+}
+
+/// State of a block whose sources are rendered apart.
+struct SourceBlock {
+    /// Frames of the block that has begun; 0 for none.
+    frames: usize,
+    /// Slots rendered so far.
+    is_rendered: Vec<bool>,
+    report: RenderReport,
+    /// Time of its calls so far.
+    elapsed: Duration,
+    /// Takes the place of an output that is missing.
+    spare: Vec<f32>,
+}
+
+impl SourceBlock {
+    fn new(settings: &EngineSettings) -> Self {
+        let generation = &settings.generation;
+        let (slots, samples) = match generation.source_buses {
+            true => (
+                generation.max_sources,
+                generation.output_channels() * settings.block_frames,
+            ),
+            false => (0, 0),
+        };
+        Self {
+            frames: 0,
+            is_rendered: vec![false; slots],
+            report: RenderReport::default(),
+            elapsed: Duration::ZERO,
+            spare: vec![0.0; samples],
+        }
+    }
 }
 
 impl Renderer {
@@ -121,7 +157,7 @@ impl Renderer {
         Self {
             mixer: Mixer::new(
                 sources,
-                slots,
+                [slots, own_slots(sources, slots)],
                 settings.block_frames,
                 settings.generation.rate_hz,
             ),
@@ -143,6 +179,7 @@ impl Renderer {
             voices: 0,
             frame_s: 0.0,
             elapsed: [Duration::ZERO; 2],
+            apart: SourceBlock::new(settings),
             parts,
         }
     }
@@ -191,6 +228,7 @@ impl Renderer {
     /// ```
     pub fn render(&mut self, output: &mut [f32]) -> RenderReport {
         let _flush = FlushToZero::begin();
+        self.end_open_block();
         let started = now();
         let mut report = RenderReport::default();
         self.take_source_changes();
@@ -203,7 +241,12 @@ impl Renderer {
             self.render_block(chunk, &mut report);
         }
         self.return_output();
-        let elapsed = started.elapsed();
+        self.complete(&mut report, started, started.elapsed());
+        report
+    }
+
+    /// Completes the report of a call or of a block that took `elapsed`, and counts it.
+    fn complete(&mut self, report: &mut RenderReport, started: Instant, elapsed: Duration) {
         let metrics = &self.parts.metrics;
         let lasts_s = f64::from(report.frames) / f64::from(self.rate_hz());
         report.missed_deadline = elapsed.as_secs_f64() > lasts_s;
@@ -234,7 +277,6 @@ impl Renderer {
             &metrics.underrun_samples,
             u64::from(report.underrun_samples),
         );
-        report
     }
 
     /// Takes new sample sources while the return ring has room for the old ones.
@@ -280,7 +322,6 @@ impl Renderer {
     fn render_block(&mut self, output: &mut [f32], report: &mut RenderReport) {
         let frames = output.len() / self.channels();
         report.frames += frames as u32;
-        let paused = self.parts.frame.paused;
         if self.is_silent() {
             output.fill(0.0);
             return;
@@ -295,12 +336,17 @@ impl Renderer {
         report.voices = made.voices;
         self.voices = made.voices;
         report.dropped_paths += made.dropped_paths + made.dropped_delays;
-        self.apply_pause_gain(output, if paused { 0.0 } else { 1.0 });
+        self.apply_pause_gain(output, self.target_pause_gain());
         let elapsed = started.elapsed();
         self.parts.metrics.generation.record(elapsed);
         self.parts
             .spans
             .record(SpanKind::Generation, started, elapsed, made.voices.into());
+    }
+
+    /// Gain of the output that a pause fades to.
+    fn target_pause_gain(&self) -> f32 {
+        if self.parts.frame.paused { 0.0 } else { 1.0 }
     }
 
     /// Whether a pause has faded out.

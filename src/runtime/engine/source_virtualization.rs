@@ -36,6 +36,18 @@ const FOLLOW_S: f64 = 0.15;
 /// Greatest gain of a member in a more distant slot.
 const MAX_GAIN: f32 = 8.0;
 
+/// Number of slots that have one source each: all, unless there are more sources than slots.
+pub(crate) fn own_slots(sources: usize, slots: usize) -> usize {
+    match sources > slots {
+        true => first_shared(slots),
+        false => slots,
+    }
+}
+
+fn first_shared(slots: usize) -> usize {
+    slots - (slots / SLOTS_PER_SHARED).max(1)
+}
+
 /// A source of the app.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct VirtualSource {
@@ -138,7 +150,7 @@ impl SourceVirtualizer {
         Self {
             assignments: vec![assignment; source_count],
             slots: vec![slot; slots],
-            first_shared: slots - (slots / SLOTS_PER_SHARED).max(1),
+            first_shared: first_shared(slots),
             time_s: 0.0,
             progress: PlaybackProgress::default(),
             release_s,

@@ -216,7 +216,13 @@ impl Controller {
     fn assign_slots(&mut self, time_s: f64) {
         let progress = self.progress();
         if let Some(virtualizer) = &mut self.virtualizer {
-            let (sources, ear) = (self.sources.iter(), self.listener.position);
+            // The app's blocks count as sound: nobody knows yet how loud they are.
+            let has_buses = self.settings.generation.source_buses;
+            let sources = self.sources.iter().map(move |source| VirtualSource {
+                plays: source.plays || has_buses,
+                ..source
+            });
+            let ear = self.listener.position;
             let times = (time_s, progress);
             virtualizer.assign(sources, ear, times, &mut self.slot_poses, &mut self.routes);
             let unheard = &self.channels.metrics.masked_sources;

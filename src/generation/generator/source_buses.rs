@@ -1,0 +1,77 @@
+//! A block whose sources are rendered apart: each source's voices into a buffer of the caller, the late reverb and the rest
+//! into another.
+//!
+//! Audio side; wait-free. The same delay lines, voices and networks as in [`Generator::render`] in another order: a source's
+//! whole block is written and its voices are rendered before the next source's. Voices are sorted by source, so those of one
+//! are contiguous, and each source has buses of its own. The delay lines are longer by a block: the reverb reads them
+//! afterwards. The sum of all buffers is the output of [`Generator::render`] before the limiter, up to rounding.
+
+use super::{Generator, MAX_BLOCK};
+use crate::generation::BlockReport;
+use crate::generation::ramp::Chunks;
+
+impl Generator {
+    /// Writes a source's input of a block and adds its voices to `output`. Each slot at most once a block, all blocks of the
+    /// same length, up to [`MAX_BLOCK`] frames; [`Self::finish_block`] ends the block. Only with
+    /// [`GeneratorSettings::source_buses`](crate::GeneratorSettings::source_buses).
+    pub(crate) fn render_slot(&mut self, slot: usize, input: &[f32], output: &mut [f32]) {
+        let channels = self.channels;
+        let frames = (output.len() / channels).min(MAX_BLOCK);
+        if slot >= self.lines.len() || self.signals != 1 {
+            return;
+        }
+        for (start, chunk) in Chunks::new(self.now, self.left, frames) {
+            self.write_sources(slot, &[input], start, chunk);
+            let part = &mut output[channels * start..channels * (start + chunk.frames)];
+            let last_stage = self.last_stage.as_mut().filter(|stage| !stage.is_over());
+            for stage in [Some(&mut self.stage), last_stage].into_iter().flatten() {
+                stage.render_slot(slot, &self.lines, chunk, (&mut *part, channels));
+            }
+        }
+        self.silence_non_finite(output);
+    }
+
+    /// Ends a block: adds what [`Self::render_slot`] did not render, the late reverb and the bed to `output`. `inputs` holds the
+    /// signal of each slot, `is_rendered` whether it was rendered.
+    pub(crate) fn finish_block(
+        &mut self,
+        inputs: &[&[f32]],
+        is_rendered: &[bool],
+        bed: [&[f32]; 2],
+        output: &mut [f32],
+    ) -> BlockReport {
+        let channels = self.channels;
+        let frames = (output.len() / channels).min(MAX_BLOCK);
+        let rendered = is_rendered.iter().chain(std::iter::repeat(&false));
+        for (slot, _) in (0..self.lines.len()).zip(rendered).filter(|(_, is)| !**is) {
+            let input = inputs.get(slot).copied().unwrap_or_default();
+            self.render_slot(slot, input, output);
+        }
+        self.stage.end_slots();
+        if let Some(last) = &mut self.last_stage {
+            last.end_slots();
+        }
+        for (start, chunk) in Chunks::new(self.now, self.left, frames) {
+            let part = &mut output[channels * start..channels * (start + chunk.frames)];
+            let mut last_stage = self.last_stage.as_mut().filter(|stage| !stage.is_over());
+            if let Some(reverb) = &mut self.late {
+                for (slot, line) in self.lines.iter().enumerate() {
+                    reverb.collect(slot, line, chunk);
+                }
+                let waves = reverb.process(chunk.left, chunk.frames);
+                self.stage.add_waves(chunk, waves);
+                if let Some(last) = &mut last_stage {
+                    last.add_waves(chunk, waves);
+                }
+            }
+            self.stage.finish_waves(part, channels);
+            if let Some(last) = last_stage {
+                last.finish_waves(part, channels);
+            }
+            self.advance(chunk);
+        }
+        self.silence_non_finite(output);
+        self.add_bed(bed, output);
+        self.take_report(frames)
+    }
+}
