@@ -7,6 +7,8 @@ mod bytes;
 #[path = "fuzz/drivers/c_calls.rs"]
 #[allow(dead_code, reason = "the fuzz target calls from one thread")]
 mod c_calls;
+#[path = "fuzz/drivers/c_playback.rs"]
+mod c_playback;
 
 use std::sync::atomic::AtomicU64;
 use std::thread;

@@ -13,14 +13,15 @@ use foresound::bridge::sound::RenderInfo;
 use foresound::bridge::{EngineStatistics, Options, Pose, Status, VERSION};
 
 use super::bytes::Bytes;
+use super::c_playback::{apart, mix, play};
 
 /// The input, and the handles and ids of earlier calls.
-struct World<'a> {
-    bytes: Bytes<'a>,
+pub(super) struct World<'a> {
+    pub(super) bytes: Bytes<'a>,
     handles: Vec<u64>,
     engines: Vec<u64>,
-    renderers: Vec<u64>,
-    sources: Vec<u32>,
+    pub(super) renderers: Vec<u64>,
+    pub(super) sources: Vec<u32>,
     instances: Vec<u32>,
     /// Handles of all threads that make calls, open or closed.
     shared: &'a [AtomicU64],
@@ -28,7 +29,7 @@ struct World<'a> {
 
 impl World<'_> {
     /// Keeps a new handle, and shows it to other threads.
-    fn made(&mut self, handle: u64) {
+    pub(super) fn made(&mut self, handle: u64) {
         self.handles.push(handle);
         let at = self.bytes.below(self.shared.len());
         if let Some(shown) = self.shared.get(at) {
@@ -37,7 +38,7 @@ impl World<'_> {
     }
 
     /// Mostly the newest handle of its kind, sometimes any, or one of another thread, rarely an invented one.
-    fn handle(&mut self, of: fn(&Self) -> &Vec<u64>) -> u64 {
+    pub(super) fn handle(&mut self, of: fn(&Self) -> &Vec<u64>) -> u64 {
         match self.bytes.byte() {
             255 => self.bytes.long(),
             kind @ 200..=254 => {
@@ -53,15 +54,15 @@ impl World<'_> {
         }
     }
 
-    fn engine(&mut self) -> u64 {
+    pub(super) fn engine(&mut self) -> u64 {
         self.handle(|world| &world.engines)
     }
 
-    fn any(&mut self) -> u64 {
+    pub(super) fn any(&mut self) -> u64 {
         self.handle(|world| &world.handles)
     }
 
-    fn source(&mut self) -> u32 {
+    pub(super) fn source(&mut self) -> u32 {
         match self.bytes.byte() {
             255 => self.bytes.word(),
             tame => {
@@ -93,7 +94,7 @@ impl World<'_> {
 }
 
 /// Whether the call succeeded. No call may end in a caught panic; every error has a message of one line.
-fn succeeds(status: Status) -> bool {
+pub(super) fn succeeds(status: Status) -> bool {
     assert_ne!(status, Status::Panic);
     // SAFETY: the text lives until this thread's next failure.
     let text = unsafe { CStr::from_ptr(foresound_last_error()) };
@@ -149,6 +150,8 @@ fn options(bytes: &mut Bytes) -> Options {
         25 => options.layout = Layout(word),
         26 => options.output_channels = word,
         27 => options.output_channels = 16,
+        28 => options.source_buses = word,
+        29..=140 => options.source_buses = 1,
         _ => {}
     }
     options
@@ -319,7 +322,7 @@ fn change(world: &mut World) {
 }
 
 fn step(world: &mut World) {
-    match world.bytes.below(12) {
+    match world.bytes.below(15) {
         0 if world.engines.len() < 3 => {
             let options = options(&mut world.bytes);
             let (mut engine, mut renderer) = (0, 0);
@@ -404,6 +407,9 @@ fn step(world: &mut World) {
             // SAFETY: the address of a variable.
             succeeds(unsafe { foresound_engine_statistics(engine, &raw mut statistics) });
         }
+        11 => play(world),
+        12 => mix(world),
+        13 => apart(world),
         _ => {
             let handle = world.any();
             succeeds(foresound_close(handle));

@@ -3,6 +3,7 @@
 
 pub(crate) mod bytes;
 pub(crate) mod c_calls;
+mod c_playback;
 pub(crate) mod files;
 pub(crate) mod matching;
 pub(crate) mod meshes;
