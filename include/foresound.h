@@ -6,8 +6,8 @@
  * foresound_close. A closed handle, another kind's or an arbitrary number is an error and never undefined behaviour.
  *
  * Threads. The audio thread is the one that renders. Any other thread is a control thread; control functions wait for
- * each other if they use the same handle. foresound_render and foresound_stream_write are for the audio thread: they never
- * wait and never allocate.
+ * each other if they use the same handle. Functions for the audio thread say so (foresound_render, foresound_stream_write):
+ * they never wait and never allocate.
  *
  * Units. Metres, seconds, Hz, linear gain; right-handed coordinates, +y up. An audio frame is one sample a channel; a
  * graphics frame is the app's tick. Sources and instances have 32-bit ids, never 0.
@@ -52,7 +52,7 @@
 /* Initial values of structures: their size and this header's defaults. */
 #define FORESOUND_OPTIONS_INIT {sizeof(ForesoundOptions), 44100u, 256u, 16u, 0u, 1024u, 256u, 2048u, 1024u, 128u, \
     4u, 2u, 1u, FORESOUND_SCHEDULE_ASYNCHRONOUS, 2u, FORESOUND_PREDICTOR_GEOMETRIC, 1u, FORESOUND_AFFINITY_SYSTEM, \
-    0u, 0u, FORESOUND_HRTF_SET, 1u, 1u, 3u, 0u, 1024u, 0.3f, -0.3f, 0.0, 1.0, FORESOUND_LAYOUT_BINAURAL, 0u}
+    0u, 0u, FORESOUND_HRTF_SET, 1u, 1u, 3u, 0u, 1024u, 0.3f, -0.3f, 0.0, 1.0, FORESOUND_LAYOUT_BINAURAL, 0u, 0u, 0u}
 #define FORESOUND_SOURCE_OPTIONS_INIT {sizeof(ForesoundSourceOptions), 31u, 0.0f, 1.0f, {0.0f, 0.0f, 0.0f, 0.0f, \
     0.0f, 0.0f, 0.0f, 0.0f}, FORESOUND_DISTANCE_CURVE_PHYSICAL, 1.0f, 100.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, \
     1.0f, 1.0f, 0u, 128u}
@@ -400,6 +400,28 @@ typedef uint32_t ForesoundPathKind;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
+// What a source's output holds (foresound_render_source).
+enum ForesoundBus
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // The source's paths.
+  FORESOUND_BUS_OWN = 0,
+  // The source shares a slot, or has no position: it is heard in foresound_render_reverb's output. What it left in a slot of
+  // its own fades out here.
+  FORESOUND_BUS_SHARED = 1,
+  // The source is not heard: masked by others, or the engine is paused.
+  FORESOUND_BUS_SILENT = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum ForesoundBus ForesoundBus;
+#else
+typedef uint32_t ForesoundBus;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
 // Gravity of a message; as a limit, the least grave messages that are passed on.
 enum ForesoundLogLevel
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -564,6 +586,10 @@ typedef struct ForesoundOptions {
   ForesoundLayout layout;
   // Channels of the output, constant while the layout may change, to 16; 0: those that `layout` has.
   uint32_t output_channels;
+  // 1: sources can be rendered apart (foresound_render_source), for a mixer of the game's own; 0: not.
+  uint32_t source_buses;
+  // 0, for later use.
+  uint32_t reserved;
 } ForesoundOptions;
 
 // Properties of a material in octave bands, from the lowest: shares of energy, 0 to 1.
@@ -1256,7 +1282,7 @@ ForesoundStatus foresound_clip_from_stereo_wav(const uint8_t *bytes,
 FORESOUND_API uint32_t foresound_version(void);
 
 // Message of this thread's last failed call: one line in UTF-8, the cause and the remedy. Valid until the thread's next
-// failure; empty before the first. Never null; not to be freed. foresound_render and foresound_stream_write leave no
+// failure; empty before the first. Never null; not to be freed. Functions of the audio thread leave no
 // message. Any thread.
 FORESOUND_API const char *foresound_last_error(void);
 
@@ -1338,6 +1364,45 @@ ForesoundStatus foresound_stream_write(uint64_t stream,
                                        const float *samples,
                                        size_t count,
                                        size_t *written);
+
+// Begins a block of `frames` audio frames, 1 to the option `block_frames`, whose sources are rendered apart: for a game with a
+// mixer of its own, in place of foresound_render. Then call foresound_render_source for each source and
+// foresound_render_reverb once: the sum of their outputs is what foresound_render renders, without its limiter. Needs the option
+// `source_buses` (else FORESOUND_STATUS_STATE). One thread at a time a renderer. Audio thread: wait-free, without allocation,
+// without a message.
+FORESOUND_API
+ForesoundStatus foresound_render_begin(uint64_t renderer,
+                                       size_t frames);
+
+// Renders one source of the block into `output`: `frames` audio frames of interleaved `channels`, those of the engine
+// (foresound_renderer_channels); silence on failure. Its paths, without the late reverb. `dry`: the block's mono samples of the
+// source, 1 being the pressure at 1 m, or null for what the source plays in the engine. `bus` (null if unused) receives
+// what the output holds. Once a source and block; a source that is not rendered is in foresound_render_reverb's output. A
+// source that was removed, or that no graphics frame has yet, fails with FORESOUND_STATUS_STALE_SOURCE. Audio thread: as
+// foresound_render_begin.
+//
+// `dry` has `frames` elements, `output` `channels` x `frames`.
+FORESOUND_API
+ForesoundStatus foresound_render_source(uint64_t renderer,
+                                        uint32_t source,
+                                        const float *dry,
+                                        float *output,
+                                        uint32_t channels,
+                                        size_t frames,
+                                        ForesoundBus *bus);
+
+// Ends the block: renders the late reverb of all sources into `output`, and with it everything without a bus of its own in this
+// block: sources that were not rendered, that share slots (with more sources than slots) or have no position, and the
+// fading sound of removed ones. Silence on failure; a wrong number of frames ends the block too. `info`: null if unused; of
+// the whole block. Audio thread: as foresound_render_begin.
+//
+// `output` has `channels` x `frames` elements.
+FORESOUND_API
+ForesoundStatus foresound_render_reverb(uint64_t renderer,
+                                        float *output,
+                                        uint32_t channels,
+                                        size_t frames,
+                                        struct ForesoundRenderInfo *info);
 
 // Passes the library's messages up to a level to a function, for the whole process; null: none, but for the system's log on
 // Android. The function is called from any thread but the audio thread, from several at once, until this function is called

@@ -27,8 +27,8 @@ const PREAMBLE: &str = "\
  * foresound_close. A closed handle, another kind's or an arbitrary number is an error and never undefined behaviour.
  *
  * Threads. The audio thread is the one that renders. Any other thread is a control thread; control functions wait for
- * each other if they use the same handle. foresound_render and foresound_stream_write are for the audio thread: they never
- * wait and never allocate.
+ * each other if they use the same handle. Functions for the audio thread say so (foresound_render, foresound_stream_write):
+ * they never wait and never allocate.
  *
  * Units. Metres, seconds, Hz, linear gain; right-handed coordinates, +y up. An audio frame is one sample a channel; a
  * graphics frame is the app's tick. Sources and instances have 32-bit ids, never 0.

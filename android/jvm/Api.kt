@@ -22,6 +22,45 @@ private inline fun <reified E : Throwable> refuses(call: () -> Unit) {
     error("no exception: ${E::class}")
 }
 
+/** Sources rendered apart, for a mixer of the app's own. */
+private fun sourcesApart() {
+    val options = EngineOptions(
+        maxSources = 2,
+        blockFrames = 800,
+        guideRays = 16,
+        sourceRays = 16,
+        schedule = Schedule.SYNCHRONOUS,
+        frameSeconds = 1.0 / 60.0,
+        sourceBuses = true,
+    )
+    fun direct(floats: Int) = ByteBuffer.allocateDirect(4 * floats).order(ByteOrder.nativeOrder())
+    fun loudest(buffer: ByteBuffer) = (0 until 1600).maxOf { Math.abs(buffer.getFloat(4 * it)) }
+    val (dry, bus, rest) = Triple(direct(800), direct(1600), direct(1600))
+    for (n in 0 until 800) dry.putFloat(4 * n, Math.sin(0.05 * n).toFloat())
+    Engine(options).use { engine ->
+        val near = engine.addSource(0f, 0f, -2f)
+        refuses<IllegalStateException> { engine.renderReverb(rest, 800) }
+        refuses<IllegalArgumentException> { engine.beginBlock(801) }
+        for (frame in 0 until 10) {
+            engine.tick()
+            engine.beginBlock(800)
+            if (frame >= 5) {
+                check(engine.renderSource(near, dry, bus, 800) == Bus.OWN)
+                refuses<IllegalStateException> { engine.renderSource(near, dry, bus, 800) }
+                refuses<IllegalArgumentException> { engine.renderSource(near, dry, bus, 799) }
+                refuses<IllegalArgumentException> { engine.renderSource(near, direct(4), bus, 800) }
+            }
+            engine.renderReverb(rest, 800)
+        }
+        engine.beginBlock(800)
+        check(engine.renderSource(near, null, bus, 800) == Bus.OWN && loudest(bus) > 0f)
+        engine.renderReverb(rest, 800)
+    }
+    Engine(EngineOptions(maxSources = 1)).use { engine ->
+        refuses<IllegalStateException> { engine.beginBlock(64) }
+    }
+}
+
 /** Calls every function of the Kotlin interface on a host. One argument: the folder of the repository's assets. */
 fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
     val context = Context(File(arguments[0]))
@@ -173,6 +212,7 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
         watch.join()
         refuses<IllegalStateException> { engine.tick() }
     }
+    sourcesApart()
     // A cancelled load may end a moment later.
     for (n in 0 until 100) if (Native.openHandles() != 0) Thread.sleep(50)
     check(Native.openHandles() == 0) { "${Native.openHandles()} handles are left open" }

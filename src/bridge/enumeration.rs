@@ -231,6 +231,19 @@ enumeration! {
 }
 
 enumeration! {
+    /// What a source's output holds (foresound_render_source).
+    pub enum Bus: u32 {
+        /// The source's paths.
+        Own = 0,
+        /// The source shares a slot, or has no position: it is heard in foresound_render_reverb's output. What it left in a slot of
+        /// its own fades out here.
+        Shared = 1,
+        /// The source is not heard: masked by others, or the engine is paused.
+        Silent = 2,
+    }
+}
+
+enumeration! {
     /// Exchange with a phone's system, bits to be added.
     pub enum DeviceHint: u32 {
         /// None.

@@ -436,6 +436,32 @@ macro_rules! java_functions {
                 Ok(info.voices)
             }
 
+            /// Begins a block of frames, at most the option {@code block_frames}, whose sources are rendered apart.
+            safe fn foresound_render_begin(renderer: Handle, frames: Size) { source_buses::begin(renderer, frames) }
+
+            /// Renders one source of the block as interleaved floats; returns what the output holds ({@link Bus}). Without a
+            /// {@code dry} block what the source plays in the engine.
+            safe fn foresound_render_source(
+                renderer: Handle, source: Id, dry: OptionalBuffer, output: BufferOut, frames: Size
+            ) -> bus: Count {
+                let samples = frames.saturating_mul(sound::channels(renderer)? as usize);
+                output.check(samples.saturating_mul(size_of::<f32>()))?;
+                if let Some(dry) = &dry {
+                    dry.check(frames.saturating_mul(size_of::<f32>()))?;
+                }
+                let read = dry.map(|dry| move |block: &mut [f32]| dry.read_floats(block));
+                let write = |block: &[f32]| output.write(0, block);
+                Ok(source_buses::copy_source(renderer, source, frames, read, write)?.0)
+            }
+
+            /// Ends the block: renders the late reverb and what has no bus of its own; returns the number of voices.
+            safe fn foresound_render_reverb(renderer: Handle, output: BufferOut, frames: Size) -> voices: Count {
+                let samples = frames.saturating_mul(sound::channels(renderer)? as usize);
+                output.check(samples.saturating_mul(size_of::<f32>()))?;
+                let write = |block: &[f32]| output.write(0, block);
+                Ok(source_buses::copy_reverb(renderer, frames, write)?.voices)
+            }
+
             /// Appends floats to a stream; returns the number that fitted.
             safe fn foresound_stream_write(stream: Handle, samples: Buffer, count: Size) -> written: Count {
                 samples.check(count * size_of::<f32>())?;

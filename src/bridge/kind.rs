@@ -69,6 +69,8 @@ kinds! {
     List: (), "double[]" "[D";
     /// Java: a direct buffer in native order.
     Buffer: (), "ByteBuffer" "Ljava/nio/ByteBuffer;";
+    /// Java: a direct buffer in native order, or null.
+    OptionalBuffer: (), "ByteBuffer" "Ljava/nio/ByteBuffer;";
     /// Java: a direct buffer in native order to fill.
     BufferOut: (), "ByteBuffer" "Ljava/nio/ByteBuffer;";
 }

@@ -28,6 +28,7 @@ mod resampling;
 pub mod scenes;
 pub mod shown_paths;
 pub mod sound;
+pub mod source_buses;
 pub mod statistics;
 #[cfg(feature = "testing")]
 mod structures;

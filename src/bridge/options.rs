@@ -77,6 +77,10 @@ record! {
         pub layout: Layout,
         /// Channels of the output, constant while the layout may change, to 16; 0: those that `layout` has.
         pub output_channels: u32,
+        /// 1: sources can be rendered apart (foresound_render_source), for a mixer of the game's own; 0: not.
+        pub source_buses: u32,
+        /// 0, for later use.
+        pub reserved: u32,
     }
 }
 
@@ -123,6 +127,8 @@ impl Default for Options {
             max_delay_s: generation.max_delay_s,
             layout: Layout::Binaural,
             output_channels: 0,
+            source_buses: generation.source_buses.into(),
+            reserved: 0,
         }
     }
 }
@@ -234,6 +240,8 @@ impl Options {
         settings.generation.max_delay_s = self.max_delay_s;
         settings.generation.late = choice("late_reverb", self.late_reverb, &[false, true])?;
         settings.generation.limiter = choice("limiter", self.limiter, &[false, true])?;
+        settings.generation.source_buses =
+            choice("source_buses", self.source_buses, &[false, true])?;
         settings.generation.ceiling_db = self.ceiling_db;
         settings.generation.layout = self.layout.choice()?;
         settings.generation.channels = match self.output_channels {

@@ -16,12 +16,28 @@ pub struct BlockRenderer {
     /// The engine's audio half.
     pub renderer: Renderer,
     block: Box<[f32]>,
+    /// A source's block.
+    #[cfg(feature = "jni")]
+    dry: Box<[f32]>,
+}
+
+#[cfg(feature = "jni")]
+impl BlockRenderer {
+    /// The renderer, its private block, and a source's.
+    pub(super) fn parts(&mut self) -> (&mut Renderer, &mut [f32], &mut [f32]) {
+        (&mut self.renderer, &mut self.block, &mut self.dry)
+    }
 }
 
 impl From<Renderer> for BlockRenderer {
     fn from(renderer: Renderer) -> Self {
         let block = vec![0.0; renderer.channels() * renderer.block_frames()].into();
-        Self { renderer, block }
+        Self {
+            #[cfg(feature = "jni")]
+            dry: vec![0.0; renderer.block_frames()].into(),
+            renderer,
+            block,
+        }
     }
 }
 

@@ -53,6 +53,7 @@ pub fn enumerations() -> Vec<EnumerationInfo> {
         of::<e::DistanceCurve>(),
         of::<e::PathKind>(),
         of::<e::PlaybackState>(),
+        of::<e::Bus>(),
         of::<e::DeviceHint>(),
         of::<e::HintedThread>(),
         of::<e::EngineState>(),

@@ -158,7 +158,11 @@ pub unsafe extern "C" fn foresound_scene_from_mesh(
 }
 
 /// An error of the audio functions, whose messages are static, for an array that is null, misaligned or too long.
-fn check_array<T>(pointer: *const T, count: usize, most: usize) -> Result<(), CallError> {
+pub(super) fn check_array<T>(
+    pointer: *const T,
+    count: usize,
+    most: usize,
+) -> Result<(), CallError> {
     const TOO_LONG: CallError = CallError::fixed(Status::BadArgument, "too many samples");
     const NULL: CallError = CallError::fixed(Status::Null, "a pointer is null; pass an address");
     match count {

@@ -1,9 +1,10 @@
 //! The C interface: `include/foresound.h`.
 //!
-//! Most functions are made from the table of [`super::interface`]; those with arrays in the caller's memory are in `arrays`. `unsafe` because C passes
+//! Most functions are made from the table of [`super::interface`]; those with arrays in the caller's memory are in `arrays` and `buses`. `unsafe` because C passes
 //! pointers: null and alignment are checked, validity is the caller's obligation.
 
 mod arrays;
+mod buses;
 mod log_callback;
 mod memory;
 
@@ -11,6 +12,7 @@ use std::cell::RefCell;
 use std::ffi::{CString, c_char};
 
 pub use arrays::*;
+pub use buses::*;
 pub use log_callback::*;
 
 use super::engine::{self, ENGINES, MaterialOptions, PropagationOptions, SourceOptions};
@@ -56,7 +58,7 @@ pub extern "C" fn foresound_version() -> u32 {
 }
 
 /// Message of this thread's last failed call: one line in UTF-8, the cause and the remedy. Valid until the thread's next
-/// failure; empty before the first. Never null; not to be freed. foresound_render and foresound_stream_write leave no
+/// failure; empty before the first. Never null; not to be freed. Functions of the audio thread leave no
 /// message. Any thread.
 #[unsafe(no_mangle)]
 pub extern "C" fn foresound_last_error() -> *const c_char {

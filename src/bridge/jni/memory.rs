@@ -13,7 +13,7 @@ use crate::bridge::enumeration::Enumeration;
 use crate::bridge::error::{CallError, Status};
 use crate::bridge::interface::{
     Buffer, BufferOut, Bytes, Choice, Count, Flag, Handle, HandleOut, Id, In, Indices, List,
-    OptionalBytes, OptionalText, Out, PoseIn, Real, Samples, Size, Text, Texts,
+    OptionalBuffer, OptionalBytes, OptionalText, Out, PoseIn, Real, Samples, Size, Text, Texts,
 };
 use crate::bridge::pose::Pose;
 use crate::bridge::record::{Field, Growing, Record};
@@ -97,6 +97,9 @@ kinds! {
     List: JDoubleArray<'l> => ArrayOut<'a, f64>, |env, name, raw| ArrayOut::new(env, name, raw);
     HandleOut: JLongArray<'l> => ArrayOut<'a, jlong>, |env, name, raw| ArrayOut::new(env, name, raw)?.of_length(name, 1);
     Buffer: JByteBuffer<'l> => DirectBuffer, |env, name, raw| DirectBuffer::new(env, name, raw);
+    OptionalBuffer: JByteBuffer<'l> => Option<DirectBuffer>, |env, name, raw| {
+        (!raw.is_null()).then(|| DirectBuffer::new(env, name, raw)).transpose()
+    };
     BufferOut: JByteBuffer<'l> => DirectBuffer, |env, name, raw| {
         let buffer = DirectBuffer::new(env, name, raw)?;
         if is_read_only(env, raw)? {
@@ -333,6 +336,16 @@ impl DirectBuffer {
         // SAFETY: both have this many bytes and do not overlap.
         unsafe { std::ptr::copy_nonoverlapping(source, bytes.as_mut_ptr(), N) };
         bytes
+    }
+
+    /// Copies floats out from the start.
+    ///
+    /// # Panics
+    /// If there are fewer.
+    pub(super) fn read_floats(&self, floats: &mut [f32]) {
+        for (n, float) in floats.iter_mut().enumerate() {
+            *float = f32::from_ne_bytes(self.read(size_of::<f32>() * n));
+        }
     }
 
     /// Copies floats in; `start` is counted in floats.

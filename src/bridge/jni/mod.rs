@@ -23,8 +23,8 @@ use super::error::{CallError, catch_panic};
 use super::health::{BudgetOptions, EngineHealth};
 use super::interface::{
     Buffer, BufferOut, Bytes, Choice, Count, Flag, Handle, HandleOut, Id, In, Indices, List,
-    OptionalBytes, OptionalText, Out, PoseIn, Real, Samples, Size, Text, Texts, functions,
-    java_functions, result, shared_functions,
+    OptionalBuffer, OptionalBytes, OptionalText, Out, PoseIn, Real, Samples, Size, Text, Texts,
+    functions, java_functions, result, shared_functions,
 };
 use super::numbers::{SourceNumbers, SourcePath};
 use super::playback::{PlayOptions, Playback};
@@ -35,6 +35,7 @@ use super::shown_paths::ShownPath;
 use super::sound::OutputInfo;
 use super::{
     EngineStatistics, Options, VERSION, clip, instances, playback, progress, scenes, sound,
+    source_buses,
 };
 use crate::scene::TriangleMesh;
 use memory::{FromJava, Returned};

@@ -208,6 +208,20 @@ namespace Foresound.Interop
         Diffracted = 3,
     }
 
+    /// <summary>What a source's output holds (foresound_render_source).</summary>
+    public enum Bus : uint
+    {
+        /// <summary>The source's paths.</summary>
+        Own = 0,
+        /// <summary>
+        /// The source shares a slot, or has no position: it is heard in foresound_render_reverb's output. What it left in a slot of
+        /// its own fades out here.
+        /// </summary>
+        Shared = 1,
+        /// <summary>The source is not heard: masked by others, or the engine is paused.</summary>
+        Silent = 2,
+    }
+
     /// <summary>Gravity of a message; as a limit, the least grave messages that are passed on.</summary>
     public enum LogLevel : uint
     {
@@ -271,7 +285,7 @@ namespace Foresound.Interop
     public unsafe struct Options
     {
         /// <summary>Bytes in C.</summary>
-        public const uint Bytes = 136;
+        public const uint Bytes = 144;
 
         /// <summary>
         /// Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
@@ -355,6 +369,12 @@ namespace Foresound.Interop
         /// Channels of the output, constant while the layout may change, to 16; 0: those that `layout` has.
         /// </summary>
         public uint OutputChannels;
+        /// <summary>
+        /// 1: sources can be rendered apart (foresound_render_source), for a mixer of the game's own; 0: not.
+        /// </summary>
+        public uint SourceBuses;
+        /// <summary>0, for later use.</summary>
+        public uint Reserved;
     }
 
     /// <summary>
@@ -1299,7 +1319,7 @@ namespace Foresound.Interop
 
         /// <summary>
         /// Message of this thread's last failed call: one line in UTF-8, the cause and the remedy. Valid until the thread's next
-        /// failure; empty before the first. Never null; not to be freed. foresound_render and foresound_stream_write leave no
+        /// failure; empty before the first. Never null; not to be freed. Functions of the audio thread leave no
         /// message. Any thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_last_error", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
@@ -1369,6 +1389,42 @@ namespace Foresound.Interop
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_stream_write", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status StreamWrite(ulong stream, float* samples, UIntPtr count, UIntPtr* written);
+
+        /// <summary>
+        /// Begins a block of `frames` audio frames, 1 to the option `block_frames`, whose sources are rendered apart: for a game with a
+        /// mixer of its own, in place of foresound_render. Then call foresound_render_source for each source and
+        /// foresound_render_reverb once: the sum of their outputs is what foresound_render renders, without its limiter. Needs the option
+        /// `source_buses` (else FORESOUND_STATUS_STATE). One thread at a time a renderer. Audio thread: wait-free, without allocation,
+        /// without a message.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_render_begin", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status RenderBegin(ulong renderer, UIntPtr frames);
+
+        /// <summary>
+        /// Renders one source of the block into `output`: `frames` audio frames of interleaved `channels`, those of the engine
+        /// (foresound_renderer_channels); silence on failure. Its paths, without the late reverb. `dry`: the block's mono samples of the
+        /// source, 1 being the pressure at 1 m, or null for what the source plays in the engine. `bus` (null if unused) receives
+        /// what the output holds. Once a source and block; a source that is not rendered is in foresound_render_reverb's output. A
+        /// source that was removed, or that no graphics frame has yet, fails with FORESOUND_STATUS_STALE_SOURCE. Audio thread: as
+        /// foresound_render_begin.
+        ///
+        /// `dry` has `frames` elements, `output` `channels` x `frames`.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_render_source", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status RenderSource(
+            ulong renderer, uint source, float* dry, float* output, uint channels, UIntPtr frames, Bus* bus);
+
+        /// <summary>
+        /// Ends the block: renders the late reverb of all sources into `output`, and with it everything without a bus of its own in this
+        /// block: sources that were not rendered, that share slots (with more sources than slots) or have no position, and the
+        /// fading sound of removed ones. Silence on failure; a wrong number of frames ends the block too. `info`: null if unused; of
+        /// the whole block. Audio thread: as foresound_render_begin.
+        ///
+        /// `output` has `channels` x `frames` elements.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_render_reverb", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status RenderReverb(
+            ulong renderer, float* output, uint channels, UIntPtr frames, RenderInfo* info);
 
         /// <summary>
         /// Passes the library's messages up to a level to a function, for the whole process; null: none, but for the system's log on

@@ -107,11 +107,20 @@ final class Native {
     /** Renders interleaved floats of the renderer's channels; returns the number of voices. */
     static native int render(long renderer, ByteBuffer output, int frames);
 
+    /** Begins a block of frames, at most the option {@code block_frames}, whose sources are rendered apart. */
+    static native void renderBegin(long renderer, int frames);
+
+    /** Renders one source of the block as interleaved floats; returns what the output holds ({@link Bus}). Without a {@code dry} block what the source plays in the engine. */
+    static native int renderSource(long renderer, int source, ByteBuffer dry, ByteBuffer output, int frames);
+
+    /** Ends the block: renders the late reverb and what has no bus of its own; returns the number of voices. */
+    static native int renderReverb(long renderer, ByteBuffer output, int frames);
+
     /** Appends floats to a stream; returns the number that fitted. */
     static native int streamWrite(long stream, ByteBuffer samples, int count);
 
     static final class Options {
-        static final int LENGTH = 31;
+        static final int LENGTH = 33;
         static final int RATE_HZ = 0;
         static final int BLOCK_FRAMES = 1;
         static final int MAX_SOURCES = 2;
@@ -143,6 +152,8 @@ final class Native {
         static final int MAX_DELAY_S = 28;
         static final int LAYOUT = 29;
         static final int OUTPUT_CHANNELS = 30;
+        static final int SOURCE_BUSES = 31;
+        static final int RESERVED = 32;
     }
 
     static final class SourceOptions {
@@ -408,6 +419,12 @@ final class Native {
         static final int PLAYING = 2;
         static final int PAUSED = 3;
         static final int FINISHED = 4;
+    }
+
+    static final class Bus {
+        static final int OWN = 0;
+        static final int SHARED = 1;
+        static final int SILENT = 2;
     }
 
     static final class DeviceHint {

@@ -144,6 +144,26 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
      */
     fun render(buffer: ByteBuffer, frames: Int): Int = Native.render(rendererHandle, buffer, frames)
 
+    /**
+     * Begins a block of [frames] audio frames, at most [EngineOptions.blockFrames], whose sources are rendered apart, for an app
+     * with a mixer of its own: then [renderSource] for each, and [renderReverb] once. The sum of their outputs is what [render]
+     * renders, without its limiter. Throws [IllegalStateException] without [EngineOptions.sourceBuses]. One thread at a time;
+     * never waits. Not after [start].
+     */
+    fun beginBlock(frames: Int) = Native.renderBegin(rendererHandle, frames)
+
+    /**
+     * Renders one source of the block: the [dry] block's mono samples, or without one what the source plays, into [output] of
+     * [channels] interleaved channels. Both are direct buffers of floats in native order. Once a source and block; a source
+     * that is not rendered is in [renderReverb]'s output. Throws [IllegalArgumentException] for a source that no graphics frame has
+     * yet, and [IllegalStateException] out of order.
+     */
+    fun renderSource(source: Source, dry: ByteBuffer?, output: ByteBuffer, frames: Int): Bus =
+        Bus.entries[Native.renderSource(rendererHandle, source.id, dry, output, frames)]
+
+    /** Ends the block: renders the late reverb and everything without a bus of its own; returns the number of voices. */
+    fun renderReverb(output: ByteBuffer, frames: Int): Int = Native.renderReverb(rendererHandle, output, frames)
+
     /** Fades to silence within milliseconds and stops the playback positions, as on loss of audio focus or window. */
     fun pause() = Native.enginePause(handle)
 

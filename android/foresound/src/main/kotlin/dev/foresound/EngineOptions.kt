@@ -40,6 +40,16 @@ enum class Layout(internal val number: Int) {
     AMBISONICS_3(Native.Layout.AMBISONICS3),
 }
 
+/** What a source's output holds ([Engine.renderSource]). */
+enum class Bus {
+    /** The source's paths. */
+    OWN,
+    /** The source shares a slot, or has no position: it is heard in [Engine.renderReverb]'s output. */
+    SHARED,
+    /** The source is not heard: masked by others, or the engine is paused. */
+    SILENT,
+}
+
 /** Settings of an engine. Null is the library's default. */
 class EngineOptions @JvmOverloads constructor(
     /** 44,100 or 48,000 Hz. The device's (`AudioManager.PROPERTY_OUTPUT_SAMPLE_RATE`) has the lowest latency. */
@@ -98,6 +108,8 @@ class EngineOptions @JvmOverloads constructor(
     var layout: Layout = Layout.BINAURAL,
     /** Channels of the output, constant, to 16; null: those of [layout]. [Engine.start] needs two. */
     var outputChannels: Int? = null,
+    /** Whether [Engine.renderSource] can render sources apart, for a mixer of the app's own. */
+    var sourceBuses: Boolean = false,
 ) {
     init {
         check()
@@ -149,6 +161,7 @@ class EngineOptions @JvmOverloads constructor(
         set(Index.MAX_DELAY_S, maxDelaySeconds)
         set(Index.LAYOUT, layout.number)
         set(Index.OUTPUT_CHANNELS, outputChannels)
+        flag(Index.SOURCE_BUSES, sourceBuses)
         return numbers
     }
 

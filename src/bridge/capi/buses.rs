@@ -1,0 +1,110 @@
+//! Functions of the audio thread that render sources apart, into the caller's memory.
+
+use super::arrays::check_array;
+use super::memory::{Variable, aligned, slice, slice_mut, store};
+use crate::bridge::enumeration::Bus;
+use crate::bridge::error::{CallError, Status, catch_panic};
+use crate::bridge::sound::RenderInfo;
+use crate::bridge::source_buses;
+
+/// Most frames of a block.
+const MAX_FRAMES: usize = 4096;
+
+/// Begins a block of `frames` audio frames, 1 to the option `block_frames`, whose sources are rendered apart: for a game with a
+/// mixer of its own, in place of foresound_render. Then call foresound_render_source for each source and
+/// foresound_render_reverb once: the sum of their outputs is what foresound_render renders, without its limiter. Needs the option
+/// `source_buses` (else FORESOUND_STATUS_STATE). One thread at a time a renderer. Audio thread: wait-free, without allocation,
+/// without a message.
+#[unsafe(no_mangle)]
+pub extern "C" fn foresound_render_begin(renderer: u64, frames: usize) -> Status {
+    let result = catch_panic(|| source_buses::begin(renderer, frames));
+    result.map_or_else(|error| error.status, |()| Status::Ok)
+}
+
+/// Renders one source of the block into `output`: `frames` audio frames of interleaved `channels`, those of the engine
+/// (foresound_renderer_channels); silence on failure. Its paths, without the late reverb. `dry`: the block's mono samples of the
+/// source, 1 being the pressure at 1 m, or null for what the source plays in the engine. `bus` (null if unused) receives
+/// what the output holds. Once a source and block; a source that is not rendered is in foresound_render_reverb's output. A
+/// source that was removed, or that no graphics frame has yet, fails with FORESOUND_STATUS_STALE_SOURCE. Audio thread: as
+/// foresound_render_begin.
+///
+/// # Safety
+/// Pointers are null or valid as the header says; `dry` has `frames` elements, `output` `channels` x `frames`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn foresound_render_source(
+    renderer: u64,
+    source: u32,
+    dry: *const f32,
+    output: *mut f32,
+    channels: u32,
+    frames: usize,
+    bus: *mut Bus,
+) -> Status {
+    let result = catch_panic(|| {
+        // SAFETY: the caller's obligation.
+        let output = unsafe { output_of(output, channels, frames) }?;
+        let checked = match dry.is_null() {
+            true => Ok(&[][..]),
+            false => check_array(dry, frames, MAX_FRAMES)
+                // SAFETY: not null and aligned; the length is the caller's obligation.
+                .and_then(|()| unsafe { slice("dry", dry, frames) }),
+        };
+        let dry = checked.inspect_err(|_| output.fill(0.0))?;
+        let held = source_buses::render_source(renderer, source, dry, output, channels as usize)?;
+        if bus.is_null() {
+            return Ok(());
+        }
+        // SAFETY: the caller's obligation.
+        unsafe { store("bus", bus, held) }
+    });
+    result.map_or_else(|error| error.status, |()| Status::Ok)
+}
+
+/// Ends the block: renders the late reverb of all sources into `output`, and with it everything without a bus of its own in this
+/// block: sources that were not rendered, that share slots (with more sources than slots) or have no position, and the
+/// fading sound of removed ones. Silence on failure; a wrong number of frames ends the block too. `info`: null if unused; of
+/// the whole block. Audio thread: as foresound_render_begin.
+///
+/// # Safety
+/// Pointers are null or valid as the header says; `output` has `channels` x `frames` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn foresound_render_reverb(
+    renderer: u64,
+    output: *mut f32,
+    channels: u32,
+    frames: usize,
+    info: *mut RenderInfo,
+) -> Status {
+    let result = catch_panic(|| {
+        // SAFETY: the caller's obligation.
+        let output = unsafe { output_of(output, channels, frames) }?;
+        let info = if info.is_null() {
+            Ok(None)
+        } else {
+            // SAFETY: not null; the rest is the caller's obligation.
+            aligned(info).and_then(|()| unsafe { Variable::new(info) }.map(Some))
+        };
+        let info = info.inspect_err(|_| output.fill(0.0))?;
+        let rendered = source_buses::render_reverb(renderer, output, channels as usize)?;
+        info.map_or(Ok(()), |info| info.store(rendered))
+    });
+    result.map_or_else(|error| error.status, |()| Status::Ok)
+}
+
+/// An output in the caller's memory.
+///
+/// # Safety
+/// `output` has `channels` x `frames` elements, unless it is null.
+unsafe fn output_of<'a>(
+    output: *mut f32,
+    channels: u32,
+    frames: usize,
+) -> Result<&'a mut [f32], CallError> {
+    const CHANNELS: CallError = CallError::fixed(Status::BadArgument, "channels: outside 1 to 16");
+    if !(1..=16).contains(&channels) {
+        return Err(CHANNELS);
+    }
+    check_array(output, frames, 1 << 24)?;
+    // SAFETY: the caller's obligation.
+    unsafe { slice_mut("output", output, channels as usize * frames) }
+}
