@@ -23,6 +23,7 @@ use crate::extrapolation::LateGroup;
 use crate::simd::{F32x8, LaneSet, kernel};
 
 use crate::generation::CHUNK;
+use crate::generation::ramp::LinearRamp;
 use crate::generation::reverb::history::History;
 use crate::generation::reverb::mixing::{LINES, Rows, Signs, hash, mix, mix_frame, sign};
 use crate::generation::reverb::send_grid::MEAN_LATENESS_S;
@@ -94,8 +95,9 @@ pub(crate) struct Network {
     /// Signs of the waves: in the sum of all waves the lines have nearly equal parts.
     wave_signs: [f32; LINES],
     direction: ShelfFilter,
-    /// Gain of the waves' parts that leave at the entry, without and with absorption.
-    at_entry: [f32; 2],
+    /// Gain of the waves' parts that leave at the entry, without absorption, and with that of the present decay times.
+    at_entry: f32,
+    absorbed_at_entry: LinearRamp,
     rows: Box<Rows>,
     wave_rows: Box<Rows>,
     /// Audio frames since the start.
@@ -161,7 +163,8 @@ impl Network {
             scattering: History::new(LINES, frames(SCATTERING_S[1]) + 1),
             scattering_delays,
             direction: ShelfFilter::new(),
-            at_entry: [(missing / mean).sqrt() as f32; 2],
+            at_entry: (missing / mean).sqrt() as f32,
+            absorbed_at_entry: LinearRamp::at_rest((missing / mean).sqrt()),
             rows: Box::new([[0.0; CHUNK]; LINES]),
             wave_rows: Box::new([[0.0; CHUNK]; LINES]),
             now: 0,
@@ -204,7 +207,8 @@ impl Network {
             .decay_time_s
             .map(|t60_s| 1.0 / t60_s.max(SHORTEST_T60_S));
         let loss = losses.iter().sum::<f32>() / BANDS as f32;
-        self.at_entry[1] = self.at_entry[0] * 10f32.powf(3.0 * self.timing.nominal_s * loss);
+        let gain = self.at_entry * 10f32.powf(3.0 * self.timing.nominal_s * loss);
+        self.absorbed_at_entry.retarget(gain.into(), left, ramp);
         let levels = shares.levels_db(group);
         self.direction.retarget(design, &levels, None, left, ramp);
     }
@@ -230,7 +234,7 @@ impl Network {
             return false;
         }
         if is_fed {
-            self.enter(past, frames);
+            self.enter(past, left, frames);
         }
         self.buses.advance(frames);
         for ((row, line), length) in self.rows.iter_mut().zip(&self.lines).zip(self.lengths) {
@@ -280,8 +284,13 @@ impl Network {
         true
     }
 
-    /// Adds the buses to the lines, each at its entry.
-    fn enter(&mut self, past: usize, frames: usize) {
+    /// Adds the buses to the lines, each at its entry; `left` frames of the ramp remain.
+    fn enter(&mut self, past: usize, left: u32, frames: usize) {
+        let [gain, growth] = [
+            self.absorbed_at_entry.value(left),
+            self.absorbed_at_entry.growth_now(left),
+        ]
+        .map(|value| value as f32);
         for (line, row) in self.rows.iter_mut().enumerate() {
             row[..frames].fill(0.0);
             for (bus, pattern) in self.patterns.iter().enumerate() {
@@ -295,12 +304,13 @@ impl Network {
         mix(self.set, &self.entry_signs, frames, &mut self.rows);
         for (wave, row) in self.wave_rows.iter_mut().zip(self.rows.iter()) {
             wave[..frames].fill(0.0);
-            add_scaled(
-                self.set,
-                self.at_entry[1],
-                &row[..frames],
-                &mut wave[..frames],
-            );
+            if growth == 0.0 {
+                add_scaled(self.set, gain, &row[..frames], &mut wave[..frames]);
+            } else {
+                for (number, (value, wave)) in (1u16..).zip(row[..frames].iter().zip(wave)) {
+                    *wave = value * (gain + growth * f32::from(number));
+                }
+            }
         }
         for (line, row) in self.rows.iter().enumerate() {
             let ((left, gain), length) = (self.entries[line], self.lengths[line]);

@@ -37,8 +37,10 @@ const EXACT_DB: f64 = 0.01;
 /// Levels within this of one another, in dB, are one level.
 const FLAT_DB: f64 = 0.01;
 
-/// Frames between two changes of the coefficients during a ramp, counted from its end.
+/// Most frames between two changes of the coefficients during a ramp, counted from its end, a power of two; fewer where a
+/// coefficient would change by more than [`HELD_CHANGE`].
 const HOLD: usize = 32;
+const HELD_CHANGE: f32 = 0.005;
 
 /// Frequencies at which [`ShelfDesign::limit`] evaluates a response: zero, half the sample rate, and this many an octave
 /// from 22 Hz to 19 kHz between them.
@@ -210,6 +212,21 @@ struct Coefficients {
     shelves: [[Shelf; BUNDLES]; SHELVES],
 }
 
+impl Coefficients {
+    /// The largest magnitude among the factors of signals; of a growth.
+    fn fastest(&self) -> f32 {
+        let shelves = self.shelves.as_flattened().iter();
+        let factors = shelves.flat_map(|shelf| [shelf.band, shelf.low]);
+        let lanes = self.gain.iter().copied().chain(factors);
+        lanes.fold(0.0, |most, lanes| {
+            lanes
+                .0
+                .iter()
+                .fold(most, |most, value| value.abs().max(most))
+        })
+    }
+}
+
 /// The two integrators of one shelf for eight lines.
 #[derive(Debug, Clone, Copy, Default)]
 struct State {
@@ -231,6 +248,8 @@ pub(crate) struct ShelfFilter {
     present: Box<Coefficients>,
     states: Box<States>,
     is_moving: bool,
+    /// Frames between two changes of the coefficients in use.
+    hold_frames: usize,
     /// Whether all levels of a line are equal, now and at the start of the ramp: the shelves are without effect.
     is_flat: [bool; 2],
 }
@@ -246,6 +265,7 @@ impl ShelfFilter {
             present: Box::default(),
             states: Box::default(),
             is_moving: false,
+            hold_frames: HOLD,
             is_flat: [true; 2],
         };
         filter.target.gain = [F32x8::splat(1.0); BUNDLES];
@@ -264,14 +284,22 @@ impl ShelfFilter {
         ramp: u32,
     ) {
         let is_same = *levels_db == *self.levels_db;
-        if is_same && !self.is_moving {
+        let is_in_ramp = self.is_moving && left > 0;
+        if is_same && !is_in_ramp {
+            if std::mem::take(&mut self.is_moving) {
+                *self.present = (*self.target).clone();
+                self.is_flat[1] = self.is_flat[0];
+            }
             return;
         }
-        // The present coefficients, from which the ramp starts.
+        // The present coefficients, from which the ramp starts. A ramp to the same levels goes on: a graphics frame may come
+        // before the last one's ramp has ended.
         self.hold(left as f32);
-        let mut is_flat = true;
+        let starts_flat = self.is_flat[0] && (self.is_flat[1] || !is_in_ramp);
+        let mut is_flat = self.is_flat[0];
         if !is_same {
             *self.levels_db = *levels_db;
+            is_flat = true;
             for (line, levels) in levels_db.iter().enumerate() {
                 let levels = levels.map(f64::from);
                 let mut gains = design.gains(&levels);
@@ -281,15 +309,9 @@ impl ShelfFilter {
                 is_flat &= gains[..SHELVES].iter().all(|gain| gain.abs() < FLAT_DB);
                 self.set_line(design, line, &gains);
             }
-            self.is_flat = [is_flat, self.is_flat[0]];
-        } else {
-            self.is_flat[1] = self.is_flat[0];
         }
-        self.is_moving = !is_same;
-        if is_same {
-            *self.present = (*self.target).clone();
-            return;
-        }
+        self.is_flat = [is_flat, starts_flat];
+        self.is_moving = true;
         for bundle in 0..BUNDLES {
             let share = F32x8::splat(1.0 / ramp as f32);
             self.growth.gain[bundle] =
@@ -298,6 +320,11 @@ impl ShelfFilter {
                 self.growth.shelves[shelf][bundle] = self.target.shelves[shelf][bundle]
                     .growth_from(&self.present.shelves[shelf][bundle], ramp);
             }
+        }
+        let fastest = self.growth.fastest();
+        self.hold_frames = HOLD;
+        while self.hold_frames > 1 && self.hold_frames as f32 * fastest > HELD_CHANGE {
+            self.hold_frames /= 2;
         }
     }
 
@@ -345,9 +372,10 @@ impl ShelfFilter {
                     *self.present = (*self.target).clone();
                     self.is_moving = false;
                 } else {
-                    count = count.min((to_come - 1) % HOLD + 1);
-                    let stretch = (to_come - 1) / HOLD * HOLD;
-                    self.hold(stretch as f32 + 0.5 * (HOLD - 1) as f32);
+                    let hold = self.hold_frames;
+                    count = count.min((to_come - 1) % hold + 1);
+                    let stretch = (to_come - 1) / hold * hold;
+                    self.hold(stretch as f32 + 0.5 * (hold - 1) as f32);
                 }
             }
             let range = Stretch { start, count };

@@ -175,3 +175,59 @@ fn instruction_sets_agree() {
         assert!((a - b).abs() < 3e-5, "{a} {b}");
     }
 }
+
+/// The largest fourth difference of a tone of 100 Hz, relative to its peak, while the levels fall within `ramp` frames, as in
+/// another scene. `hold` replaces the frames between two changes of the coefficients; after `again` chunks comes a graphics
+/// frame with the same levels.
+fn roughness(ramp: u32, hold: Option<usize>, again: Option<usize>) -> f32 {
+    let design = ShelfDesign::new(RATE_HZ);
+    let [lively, dead] = [4.0, 0.2].map(|t60_s| {
+        let loss = losses([t60_s; BANDS]).map(|level| level as f32);
+        let falling: BandArray = std::array::from_fn(|b| loss[b] * (1.0 + 0.05 * b as f32));
+        [falling; LINES]
+    });
+    let mut filter = ShelfFilter::new();
+    filter.retarget(&design, &lively, None, 0, 1);
+    let mut rows: Box<Rows> = Box::new([[0.0; CHUNK]; LINES]);
+    let mut sound = Vec::new();
+    let mut left = 0;
+    for chunk in 0..40 {
+        if chunk == 20 {
+            filter.retarget(&design, &dead, None, 0, ramp);
+            filter.hold_frames = hold.unwrap_or(filter.hold_frames);
+            left = ramp;
+        } else if again.is_some_and(|again| chunk == 20 + again) {
+            filter.retarget(&design, &dead, None, left, ramp);
+            left = ramp;
+        }
+        let tone = |n: usize| (std::f64::consts::TAU * 100.0 * n as f64 / RATE_HZ).sin();
+        rows[0] = std::array::from_fn(|n| tone(CHUNK * chunk + n) as f32);
+        filter.process(&mut rows, left, CHUNK);
+        left = left.saturating_sub(CHUNK as u32);
+        sound.extend_from_slice(&rows[0]);
+    }
+    let heard = &sound[10 * CHUNK..];
+    let peak = heard.iter().fold(0.0, |peak: f32, s| peak.max(s.abs()));
+    let differences = heard.windows(5);
+    let fourth = differences.map(|s| (s[4] - 4.0 * s[3] + 6.0 * s[2] - 4.0 * s[1] + s[0]).abs());
+    fourth.fold(0.0, f32::max) / peak
+}
+
+#[test]
+fn a_fast_ramp_has_no_steps() {
+    for ramp in [256, 768] {
+        let (held, found) = (
+            roughness(ramp, Some(HOLD), None),
+            roughness(ramp, None, None),
+        );
+        println!("{ramp}: {found:.4}, held for {HOLD} frames {held:.4}");
+        // A hundredth: a tenth of what `ClickDetector` counts.
+        assert!(found < 0.01 && held > 0.03, "{ramp}: {found} {held}");
+    }
+}
+
+#[test]
+fn a_graphics_frame_within_a_ramp_does_not_end_it() {
+    let found = roughness(1024, None, Some(2));
+    assert!(found < 0.01, "{found}");
+}
