@@ -1,22 +1,25 @@
-//! `demo`: a walk through the concert hall by both schedules, as sound and pictures.
+//! `demo`: a walk through the concert hall by both schedules, through the engine on a virtual clock, as sound and pictures.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use foresound::extrapolation::{GeometricSettings, PredictorKind};
-use foresound::generation::Hrtf;
 use foresound::output::wav::WavSink;
-use foresound::runtime::{Latency, OfflineSettings, Schedule};
-use foresound::scene::SourceId;
+use foresound::propagation::{PathSet, Propagator};
+use foresound::runtime::engine::Statistics;
+use foresound::runtime::{Controller, EngineSchedule, EngineSettings, Poses, VirtualClock};
+use foresound::scene::layout::Walk;
+use foresound::scene::{ListenerPose, SourceId, SourcePose};
 use foresound::{Error, Result};
-use foresound_tools::listener_path::ListenerPath;
+use foresound_tools::clip::Clip;
 use foresound_tools::si_snr::si_snr_ears_db;
 use foresound_tools::spectrogram_figure::SpectrogramFigure;
 use foresound_tools::top_view::{TopView, path_lines};
 use serde_json::json;
 
+use crate::engine_walk::{EngineWalk, Observed};
 use crate::inputs::{LoadedScene, SceneArguments, load_scene, print_notes, voice, within};
-use crate::session::{Rendered, Session, Sound, median, milliseconds};
+use crate::progress::Progress;
+use crate::session::median;
 
 /// Sample rate of the speech.
 const RATE_HZ: u32 = 44_100;
@@ -24,7 +27,6 @@ const RATE_HZ: u32 = 44_100;
 /// Graphics frames a second and level L: the paper's concert hall with sixteen sources on a workstation.
 const GRAPHICS_RATE_HZ: f64 = 74.6;
 const LEVEL: u32 = 12;
-const PREDICTOR: PredictorKind = PredictorKind::Geometric(GeometricSettings::FULL);
 
 /// Height in metres of the top view's cut: above the last row of seats.
 const HALL_CUT_M: f32 = 3.2;
@@ -55,11 +57,24 @@ impl Default for Arguments {
     }
 }
 
+/// What is heard, and where.
+struct Performance<'a> {
+    hall: &'a LoadedScene,
+    walk: Walk,
+    sources: Vec<SourcePose>,
+    voices: Vec<Clip>,
+    seconds: f64,
+}
+
 /// One schedule's rendering.
 struct Walked {
     file: PathBuf,
-    rendered: Rendered,
     ears: [Vec<f32>; 2],
+    observed: Observed,
+    /// Updates while the voices sound.
+    updates: u64,
+    statistics: Statistics,
+    blocks_per_graphics_frame: f64,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
@@ -74,88 +89,115 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             "restore it with `foresound scenes`",
         ));
     };
-    let mut sounds = Vec::new();
-    for (number, source) in layout.sources.iter().take(SOURCES).enumerate() {
-        sounds.push(Sound {
-            source: source.pose(SourceId::new(number as u16, 0)),
-            clip: voice(number, RATE_HZ)?,
-            looped: true,
-            path: None,
-        });
-    }
-    let hrtf = Arc::new(Hrtf::builtin(RATE_HZ)?);
-    let listener = ListenerPath::Walking(walk);
-    let walk_once = |name: &'static str, schedule| -> Result<Walked> {
-        let session = Session {
-            what: name,
-            scene: &hall.scene,
-            hrtf: &hrtf,
-            parts: &[],
-            sounds: &sounds,
-            listener: &listener,
-            duration_s: arguments.seconds,
-            settings: settings(schedule),
-        };
-        let file = arguments.out.join(format!("{name}.wav"));
-        let mut sink = WavSink::create(&file, RATE_HZ, 2)?;
-        let mut ears = [Vec::new(), Vec::new()];
-        let rendered = session.render(&mut |block| {
-            for stereo in block.chunks_exact(2) {
-                ears[0].push(stereo[0]);
-                ears[1].push(stereo[1]);
-            }
-            sink.write(block)
-        })?;
-        sink.finish()?;
-        Ok(Walked {
-            file,
-            rendered,
-            ears,
-        })
+    let sources = layout.sources.iter().take(SOURCES).enumerate();
+    let sources = sources.map(|(number, source)| source.pose(SourceId::new(number as u16, 0)));
+    let performance = Performance {
+        hall: &hall,
+        walk,
+        sources: sources.collect(),
+        voices: (0..SOURCES)
+            .map(|number| voice(number, RATE_HZ))
+            .collect::<Result<_>>()?,
+        seconds: arguments.seconds,
     };
-    let synchronous = walk_once("synchronous", Schedule::Synchronous)?;
-    let late = Schedule::Asynchronous {
-        extrapolation_level: LEVEL,
-        latency: Latency::Modelled,
-    };
-    let asynchronous = walk_once("asynchronous", late)?;
+    let file = |name: &str| arguments.out.join(format!("{name}.wav"));
+    let synchronous = performance.render(EngineSchedule::Synchronous, file("synchronous"))?;
+    let asynchronous = performance.render(EngineSchedule::Asynchronous, file("asynchronous"))?;
     let si_snr_db = si_snr_ears_db(
         [&synchronous.ears[0], &synchronous.ears[1]],
         [&asynchronous.ears[0], &asynchronous.ears[1]],
     );
-    let figures = draw(arguments, &hall, &synchronous, &asynchronous, si_snr_db)?;
-    print_findings(
-        arguments,
-        &hall,
-        &synchronous,
-        &asynchronous,
-        si_snr_db,
-        &figures,
-    );
+    let both = [&synchronous, &asynchronous];
+    let figures = draw(arguments, &performance, both, si_snr_db)?;
+    print_findings(arguments, &hall, both, si_snr_db, &figures);
     Ok(())
 }
 
-fn settings(schedule: Schedule) -> OfflineSettings {
-    let mut settings = OfflineSettings::default();
-    settings.graphics_rate_hz = GRAPHICS_RATE_HZ;
-    settings.block_frames = 1024;
-    settings.schedule = schedule;
-    settings.predictor = PREDICTOR;
-    settings.generation.rate_hz = RATE_HZ;
-    settings.generation.max_sources = SOURCES;
-    settings
+impl Performance<'_> {
+    fn poses_at(&self, time_s: f64) -> Poses {
+        Poses {
+            listener: ListenerPose::facing(self.walk.position_at(time_s, 0.0), 0.0),
+            sources: self.sources.clone(),
+        }
+    }
+
+    fn play(&self, controller: &mut Controller, ids: &[SourceId]) -> Result<()> {
+        for (id, voice) in ids.iter().zip(&self.voices) {
+            controller.play(*id, voice.samples.clone().into(), true)?;
+        }
+        Ok(())
+    }
+
+    /// Renders one schedule into a WAV file.
+    fn render(&self, schedule: EngineSchedule, file: PathBuf) -> Result<Walked> {
+        let mut settings = EngineSettings::default();
+        settings.generation.rate_hz = RATE_HZ;
+        settings.generation.max_sources = SOURCES;
+        settings.schedule = schedule;
+        let clock = VirtualClock::at_level(GRAPHICS_RATE_HZ, LEVEL);
+        let mut sink = WavSink::create(&file, RATE_HZ, 2)?;
+        let first = self.poses_at(0.0);
+        let scene = &self.hall.scene;
+        let mut walk = EngineWalk::begin(settings, clock, scene, &first, |controller, ids| {
+            self.play(controller, ids)
+        })?;
+        let before = walk.statistics().updates;
+        let mut observed = Observed::after(before);
+        let mut sound = Vec::new();
+        let frames = (self.seconds * GRAPHICS_RATE_HZ).ceil() as u64;
+        let what = match schedule {
+            EngineSchedule::Synchronous => "synchronous",
+            EngineSchedule::Asynchronous => "asynchronous",
+        };
+        let mut progress = Progress::new(what, frames);
+        for _ in 0..frames {
+            let mut poses = self.poses_at(walk.time_s());
+            walk.next_frame(&mut poses, |block| sound.extend_from_slice(block))?;
+            observed.add(&walk.statistics());
+            progress.step();
+        }
+        sink.write(&sound)?;
+        sink.finish()?;
+        let ear = |ear: usize| sound.iter().copied().skip(ear).step_by(2).collect();
+        let audio_frames = f64::from(RATE_HZ) / GRAPHICS_RATE_HZ;
+        Ok(Walked {
+            file,
+            ears: [ear(0), ear(1)],
+            updates: observed.updates - before,
+            observed,
+            statistics: walk.statistics(),
+            blocks_per_graphics_frame: audio_frames / walk.block_frames() as f64,
+        })
+    }
+
+    /// The paths in the middle of the walk.
+    fn middle(&self) -> Result<PathSet> {
+        let scene = Arc::clone(&self.hall.scene);
+        let settings = EngineSettings::default().propagation;
+        let mut propagator = Propagator::new(scene, settings)?;
+        let poses = self.poses_at(0.5 * self.seconds);
+        let mut middle = PathSet::default();
+        propagator.warm_up(&poses.listener, &poses.sources);
+        propagator.update(&poses.listener, &poses.sources, 0.0, &mut middle);
+        Ok(middle)
+    }
+}
+
+/// The engine's predictor.
+fn predictor() -> &'static str {
+    EngineSettings::default().predictor.name()
 }
 
 /// Draws the spectrograms and the top view and returns their files.
 fn draw(
     arguments: &Arguments,
-    hall: &LoadedScene,
-    synchronous: &Walked,
-    asynchronous: &Walked,
+    performance: &Performance<'_>,
+    [synchronous, asynchronous]: [&Walked; 2],
     si_snr_db: f64,
 ) -> Result<[PathBuf; 2]> {
+    let hall = performance.hall;
     let spectrograms = arguments.out.join("spectrograms.png");
-    let predictor = PREDICTOR.name();
+    let predictor = predictor();
     let caption = format!(
         "concert_hall, {SOURCES} sources, L = {LEVEL}, {predictor}: SI-SNR {si_snr_db:.1} dB"
     );
@@ -171,7 +213,7 @@ fn draw(
     .draw()?
     .save_png(&spectrograms)?;
     let top_view = arguments.out.join("top_view.png");
-    let middle = &synchronous.rendered.middle;
+    let middle = performance.middle()?;
     let triangles: Vec<_> = hall.scene.triangles().collect();
     let names = hall
         .layout
@@ -194,7 +236,7 @@ fn draw(
         sources: &sources,
         walk: hall.walk().map(|walk| [walk.from, walk.to]),
         listener: Some(middle.listener),
-        paths: &path_lines(middle),
+        paths: &path_lines(&middle),
         cut_height_m: Some(HALL_CUT_M),
     }
     .draw()?
@@ -205,65 +247,64 @@ fn draw(
 fn print_findings(
     arguments: &Arguments,
     hall: &LoadedScene,
-    synchronous: &Walked,
-    asynchronous: &Walked,
+    [synchronous, asynchronous]: [&Walked; 2],
     si_snr_db: f64,
     figures: &[PathBuf],
 ) {
-    let stage_ms = |times| median(&milliseconds(times));
-    let reports = [&synchronous.rendered.report, &asynchronous.rendered.report];
     let files: Vec<&PathBuf> = [&synchronous.file, &asynchronous.file]
         .into_iter()
         .chain(figures)
         .collect();
     let triangles = hall.scene.report().triangles;
     let surfaces = hall.scene.surfaces().len();
+    let rays = median(&synchronous.observed.rays);
+    let paths = median(&synchronous.observed.paths);
+    let level = median(&asynchronous.observed.levels);
+    let update_ms = 1e3 * synchronous.statistics.propagation.p50_s;
+    let of_frame = &asynchronous.statistics;
+    let extrapolation_ms = 1e3 * (of_frame.direct.p50_s + of_frame.extrapolation.p50_s);
+    let generation_ms = 1e3 * of_frame.generation.p50_s * asynchronous.blocks_per_graphics_frame;
+    let predictor = predictor();
     if arguments.json {
+        let dropped = [synchronous, asynchronous].map(|walked| walked.statistics.dropped_paths);
         let value = json!({
             "triangles": triangles,
             "surfaces": surfaces,
-            "rays_per_update": median(&reports[0].rays),
-            "paths_p50": median(&reports[0].paths),
-            "level": LEVEL,
+            "rays_per_update": rays,
+            "paths_p50": paths,
+            "predictor": predictor,
+            "level": level,
             "si_snr_db": si_snr_db,
-            "sps_ms_p50": stage_ms(&reports[0].propagation),
-            "eps_ms_p50": stage_ms(&reports[1].extrapolation),
-            "sgs_ms_p50": stage_ms(&reports[0].generation),
+            "sps_ms_p50": update_ms,
+            "eps_ms_p50": extrapolation_ms,
+            "sgs_ms_p50": generation_ms,
             "graphics_rate_hz": GRAPHICS_RATE_HZ,
-            "updates": [reports[0].paths.len(), reports[1].paths.len()],
-            "dropped_paths": reports[0].dropped_paths + reports[1].dropped_paths,
+            "updates": [synchronous.updates, asynchronous.updates],
+            "dropped_paths": dropped.iter().sum::<u64>(),
             "files": files,
         });
         outln!("{value}");
         return;
     }
     outln!(
-        "A walk of {:.1} s through concert_hall, {SOURCES} voices",
+        "A walk of {:.1} s through concert_hall, {SOURCES} voices, through the engine on a virtual clock",
         arguments.seconds
     );
     outln!("  scene          {triangles} triangles, {surfaces} surfaces");
-    outln!(
-        "  propagation    {} rays, {} paths an update",
-        median(&reports[0].rays),
-        median(&reports[0].paths)
-    );
+    outln!("  propagation    {rays} rays, {paths} paths an update");
     outln!(
         "  synchronous    an update every graphics frame, {} in all",
-        reports[0].paths.len()
+        synchronous.updates
     );
     outln!(
-        "  asynchronous   an update every {} graphics frames (L = {LEVEL}), {} in all",
-        LEVEL + 1,
-        reports[1].paths.len()
+        "  asynchronous   an update every {} graphics frames (L = {level}), {} in all",
+        level + 1.0,
+        asynchronous.updates
     );
     outln!(
-        "  time           propagation {:.2} ms an update; of a graphics frame ({:.1} ms) extrapolation {:.3} ms, generation {:.2} ms",
-        stage_ms(&reports[0].propagation),
-        1e3 / GRAPHICS_RATE_HZ,
-        stage_ms(&reports[1].extrapolation),
-        stage_ms(&reports[0].generation)
+        "  time           propagation {update_ms:.2} ms an update; of a graphics frame ({:.1} ms) extrapolation {extrapolation_ms:.3} ms, generation {generation_ms:.2} ms",
+        1e3 / GRAPHICS_RATE_HZ
     );
-    let predictor = PREDICTOR.name();
     outln!("  similarity     SI-SNR {si_snr_db:.2} dB between the two, predictor {predictor}");
     for file in files {
         outln!("  written        {}", file.display());

@@ -16,6 +16,7 @@ mod bench;
 mod commit;
 mod counting;
 mod demo;
+mod engine_walk;
 mod evaluate;
 mod hrtf_file;
 mod inputs;

@@ -11,7 +11,7 @@ use foresound::propagation::PathSet;
 use foresound::runtime::engine::Statistics;
 use foresound::runtime::{
     AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, Latency, OfflineRenderer,
-    OfflineSettings, Poses, QualityChoice, QualityLevel, Schedule, VirtualClock, VirtualEngine,
+    OfflineSettings, Poses, QualityChoice, QualityLevel, Schedule, VirtualClock,
 };
 use foresound::scene::SourceId;
 use foresound::{Error, Result};
@@ -21,14 +21,12 @@ use foresound_tools::talk;
 use super::motion::Motion;
 use super::plan::Unit;
 use super::stage::{Props, RATE_HZ, Stage};
+use crate::engine_walk::{EngineWalk, Observed, add_sources, give_handles};
 use crate::processor_shares::processor_s;
 use crate::session::median;
 
 /// Updates before a rendering by the clock begins: every ray rotation has been seen.
 const WARM_UPDATES: u64 = 17;
-
-/// Silent graphics frames before a rendering on the virtual clock begins: every source has its slot.
-const LEAD_IN_FRAMES: u32 = 20;
 
 /// Sound and cost.
 pub(super) struct Rendered {
@@ -158,14 +156,6 @@ fn engine_settings(unit: &Unit, props: &Props, how: How) -> EngineSettings {
     settings
 }
 
-/// Adds the sources where they are at first and returns their handles.
-fn add_sources(controller: &mut Controller, poses: &Poses) -> Result<Vec<SourceId>> {
-    let sources = poses.sources.iter();
-    sources
-        .map(|pose| controller.add_source(pose.position))
-        .collect()
-}
-
 /// Gives every source its sound, from the next block on.
 fn play(controller: &mut Controller, ids: &[SourceId], unit: &Unit, props: &Props) -> Result<()> {
     let samples = ((unit.duration_s + 1.0) * f64::from(RATE_HZ)) as usize;
@@ -177,48 +167,28 @@ fn play(controller: &mut Controller, ids: &[SourceId], unit: &Unit, props: &Prop
     Ok(())
 }
 
-/// Poses at a time under the engine's handles.
-fn set_poses(motion: &Motion<'_>, ids: &[SourceId], time_s: f64, poses: &mut Poses) {
-    motion.set_poses(time_s, poses);
-    for (pose, id) in poses.sources.iter_mut().zip(ids) {
-        pose.id = *id;
-    }
-}
-
-/// Numbers of an engine over time.
-#[derive(Default)]
-struct Observed {
-    updates: u64,
-    levels: Vec<f64>,
-    paths: Vec<usize>,
-}
-
-impl Observed {
-    fn add(&mut self, statistics: &Statistics) {
-        if statistics.updates > self.updates {
-            self.updates = statistics.updates;
-            self.levels.push(statistics.extrapolation_level.into());
-            self.paths.push(statistics.paths as usize);
-        }
-    }
-
-    fn rendered(self, ears: [Vec<f32>; 2], statistics: &Statistics, update_s: f64) -> Rendered {
-        let mut levels = self.levels;
-        levels.sort_by(f64::total_cmp);
-        let share = |share: f64| {
-            let index = (share * levels.len() as f64) as usize;
-            let last = levels.len().saturating_sub(1);
-            levels.get(index.min(last)).copied().unwrap_or_default()
-        };
-        Rendered {
-            ears,
-            level: [share(0.5), share(0.99)],
-            extrapolation_s: statistics.direct.p50_s + statistics.extrapolation.p50_s,
-            update_s,
-            paths: median(&self.paths),
-            rays: Vec::new(),
-            middle: None,
-        }
+/// The result of an engine's rendering.
+fn rendered(
+    observed: Observed,
+    ears: [Vec<f32>; 2],
+    statistics: &Statistics,
+    update_s: f64,
+) -> Rendered {
+    let mut levels = observed.levels;
+    levels.sort_by(f64::total_cmp);
+    let share = |share: f64| {
+        let index = (share * levels.len() as f64) as usize;
+        let last = levels.len().saturating_sub(1);
+        levels.get(index.min(last)).copied().unwrap_or_default()
+    };
+    Rendered {
+        ears,
+        level: [share(0.5), share(0.99)],
+        extrapolation_s: statistics.direct.p50_s + statistics.extrapolation.p50_s,
+        update_s,
+        paths: median(&observed.paths),
+        rays: Vec::new(),
+        middle: None,
     }
 }
 
@@ -240,29 +210,25 @@ fn virtual_engine(unit: &Unit, stage: &Stage, props: &Props, how: How) -> Result
     }
     let level = how.schedule.extrapolation_level();
     let clock = VirtualClock::at_level(unit.pace.graphics_rate_hz, level);
-    let mut engine = VirtualEngine::new(engine_settings(unit, props, how), clock)?;
-    engine.controller().set_scene(Arc::clone(&stage.scene))?;
     let motion = Motion::of(unit, stage);
     let mut poses = Poses::default();
     motion.set_poses(0.0, &mut poses);
-    let ids = add_sources(engine.controller(), &poses)?;
-    set_poses(&motion, &ids, 0.0, &mut poses);
-    for _ in 0..LEAD_IN_FRAMES {
-        engine.next_frame(poses.listener, &poses.sources, |_| ())?;
-    }
-    let start_s = engine.time_s();
-    play(engine.controller(), &ids, unit, props)?;
+    let mut walk = EngineWalk::begin(
+        engine_settings(unit, props, how),
+        clock,
+        &stage.scene,
+        &poses,
+        |controller, ids| play(controller, ids, unit, props),
+    )?;
     let mut ears = [Vec::new(), Vec::new()];
     let mut observed = Observed::default();
     let mut times = UpdateTimes::default();
     for frame in 0..graphics_frames(unit) {
-        set_poses(&motion, &ids, engine.time_s() - start_s, &mut poses);
+        motion.set_poses(walk.time_s(), &mut poses);
         let before_s = processor_s();
-        engine.next_frame(poses.listener, &poses.sources, |block| {
-            push_block(&mut ears, block);
-        })?;
+        walk.next_frame(&mut poses, |block| push_block(&mut ears, block))?;
         let elapsed_s = processor_s() - before_s;
-        let statistics = engine.controller().statistics();
+        let statistics = walk.statistics();
         let mark = match how.schedule {
             // Every graphics frame has an update.
             Schedule::Synchronous => frame + 1,
@@ -272,8 +238,7 @@ fn virtual_engine(unit: &Unit, stage: &Stage, props: &Props, how: How) -> Result
         observed.add(&statistics);
     }
     let update_s = times.update_s();
-    let statistics = engine.controller().statistics();
-    Ok(observed.rendered(ears, &statistics, update_s))
+    Ok(rendered(observed, ears, &walk.statistics(), update_s))
 }
 
 /// Processor times of graphics frames in which an update was computed, and of others.
@@ -317,7 +282,7 @@ fn real_engine(unit: &Unit, stage: &Stage, props: &Props, how: How) -> Result<Re
     let mut block = vec![0.0; 2 * renderer.block_frames()];
     let block_s = renderer.block_frames() as f64 / f64::from(RATE_HZ);
     let frame_s = unit.pace.graphics_rate_hz.recip();
-    set_poses(&motion, &ids, 0.0, &mut poses);
+    give_handles(&ids, &mut poses);
     while controller.statistics().updates < WARM_UPDATES {
         controller.tick(poses.listener, &poses.sources)?;
         renderer.render(&mut block);
@@ -325,10 +290,7 @@ fn real_engine(unit: &Unit, stage: &Stage, props: &Props, how: How) -> Result<Re
     }
     play(&mut controller, &ids, unit, props)?;
     let mut ears = [Vec::new(), Vec::new()];
-    let mut observed = Observed {
-        updates: controller.statistics().updates,
-        ..Observed::default()
-    };
+    let mut observed = Observed::after(controller.statistics().updates);
     let began = Instant::now();
     let wait_until = |time_s: f64| {
         let left_s = time_s - began.elapsed().as_secs_f64();
@@ -340,7 +302,8 @@ fn real_engine(unit: &Unit, stage: &Stage, props: &Props, how: How) -> Result<Re
     for frame in 0..graphics_frames(unit) {
         let time_s = frame as f64 * frame_s;
         wait_until(time_s);
-        set_poses(&motion, &ids, time_s, &mut poses);
+        motion.set_poses(time_s, &mut poses);
+        give_handles(&ids, &mut poses);
         controller.tick(poses.listener, &poses.sources)?;
         while f64::from(blocks) * block_s < time_s + frame_s {
             wait_until(f64::from(blocks) * block_s);
@@ -351,5 +314,6 @@ fn real_engine(unit: &Unit, stage: &Stage, props: &Props, how: How) -> Result<Re
         observed.add(&controller.statistics());
     }
     let statistics = controller.statistics();
-    Ok(observed.rendered(ears, &statistics, statistics.propagation.p50_s))
+    let update_s = statistics.propagation.p50_s;
+    Ok(rendered(observed, ears, &statistics, update_s))
 }
