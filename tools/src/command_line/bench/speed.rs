@@ -47,7 +47,7 @@ pub(crate) struct Arguments {
     /// Schedule whose T_SPS is L graphics frames.
     #[arg(long, value_enum, default_value_t = LevelOf::Asynchronous, requires = "level")]
     level_of: LevelOf,
-    /// Predictor of the asynchronous schedule: hold, linear or best; default that of the engine.
+    /// Predictor of the asynchronous schedule and of single updates: hold, linear or best; default that of the engine.
     #[arg(long)]
     predictor: Option<String>,
     /// Quality level, 0 (everything) to 5.
@@ -124,7 +124,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             let load = engine["load"].as_f64().unwrap_or(arguments.load);
             let mut row = json!({"scene": name, "sources": count, "predictor": predictor.name(), "graphics_ms": arguments.graphics_ms});
             if !arguments.schedules_only {
-                let times = updates::alone(&walk, &poses, loaded(load), arguments.seconds)?;
+                let settings = loaded(load);
+                let seconds = arguments.seconds;
+                let times = updates::alone(&walk, &poses, settings, predictor, seconds)?;
                 let ms = times["sps_best_ms"].as_f64().unwrap_or_default();
                 extend(&mut row, times);
                 let fewest = fewest.get_or_insert(Fastest { sources: count, ms });

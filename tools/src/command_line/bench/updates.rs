@@ -3,7 +3,8 @@
 //!
 //! The listener walks at 1.4 m/s, 20 updates a second. Resting sources have the rays of a rotation cast once and
 //! cached; sources that move farther than the cells of that cache have all rays cast in every update. Compared
-//! configurations alternate update by update, which spreads the machine's other load evenly.
+//! configurations alternate update by update, which spreads the machine's other load evenly. Updates for a predictor that
+//! asks for closed paths nearby have them, and late energy along the way to the next update, as in the engine.
 
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
 
@@ -11,6 +12,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use foresound::Result;
+use foresound::extrapolation::PredictorKind;
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::runtime::Threads;
 use foresound::scene::SourcePose;
@@ -19,7 +21,10 @@ use serde_json::{Value, json};
 use super::boxes::Boxes;
 use super::recorded_rays::Record;
 use super::share;
-use super::walk::Walk;
+use super::walk::{STEP_M, Walk};
+
+/// Radius in metres within which closed paths are asked for: the way to the next update and what the engine adds to it.
+const NEARBY_M: f64 = STEP_M as f64 + 0.05;
 
 /// Fewest updates of a row, at any duration.
 const FEWEST: usize = 20;
@@ -29,6 +34,7 @@ struct Runner {
     propagator: Propagator,
     boxes: Boxes,
     threads: Threads,
+    predictor: PredictorKind,
     set: PathSet,
     times_ms: Vec<f64>,
     paths: Vec<f64>,
@@ -42,14 +48,17 @@ impl Runner {
         sources: &[SourcePose],
         settings: PropagationSettings,
         [threads, instances]: [usize; 2],
+        predictor: PredictorKind,
     ) -> Result<Self> {
         let mut propagator = Propagator::new(Arc::clone(&walk.scene), settings)?;
+        propagator.set_nearby_radius(predictor.uses_nearby().then_some(NEARBY_M));
         let boxes = Boxes::add(&mut propagator, walk, sources, instances)?;
         propagator.warm_up(&walk.ear(0), sources);
         Ok(Self {
             propagator,
             boxes,
             threads: Threads::start(threads)?,
+            predictor,
             set: PathSet::default(),
             times_ms: Vec::new(),
             paths: Vec::new(),
@@ -59,6 +68,10 @@ impl Runner {
 
     fn update(&mut self, walk: &Walk, sources: &[SourcePose], step: usize) {
         let ear = walk.ear(step);
+        if self.predictor.uses_nearby() {
+            let next = [walk.ear(step + 1).position];
+            self.propagator.set_predicted_positions(&next, &[]);
+        }
         let (threads, set) = (&self.threads, &mut self.set);
         let time = Instant::now();
         self.boxes.move_on(&mut self.propagator, step);
@@ -99,14 +112,16 @@ pub(super) fn alone(
     walk: &Walk,
     sources: &[SourcePose],
     settings: PropagationSettings,
+    predictor: PredictorKind,
     seconds: f64,
 ) -> Result<Value> {
-    let runner = |threads| Runner::new(walk, sources, settings, [threads, 0]);
+    let runner = |threads| Runner::new(walk, sources, settings, [threads, 0], predictor);
     let (mut one, mut two) = (runner(1)?, runner(2)?);
     let (mut one_moving, mut two_moving) = (runner(1)?, runner(2)?);
     let record = Arc::new(Record::default());
     let recorded = walk.scene.with_observer(record.clone());
     let mut recording = Propagator::new(Arc::new(recorded), settings)?;
+    recording.set_nearby_radius(predictor.uses_nearby().then_some(NEARBY_M));
     recording.warm_up(&walk.ear(0), sources);
     let (mut alone_ms, mut rays_cast) = (Vec::new(), Vec::new());
     let (mut moved, mut set) = (sources.to_vec(), PathSet::default());
@@ -116,6 +131,9 @@ pub(super) fn alone(
         step_aside(&mut moved, sources, step);
         one_moving.update(walk, &moved, step);
         two_moving.update(walk, &moved, step);
+        if predictor.uses_nearby() {
+            recording.set_predicted_positions(&[walk.ear(step + 1).position], &[]);
+        }
         record.take();
         recording.update(&walk.ear(step), &moved, 0.0, &mut set);
         let rays = record.take();
@@ -155,7 +173,8 @@ pub(super) fn with_instances(
 ) -> Result<Value> {
     let sources = walk.sources(source_count)?;
     let settings = PropagationSettings::default();
-    let runner = |count| Runner::new(walk, &sources, settings, [1, count]);
+    let hold = PredictorKind::Hold;
+    let runner = |count| Runner::new(walk, &sources, settings, [1, count], hold);
     let mut resting = [runner(0)?, runner(instance_count)?];
     let mut moving = [runner(0)?, runner(instance_count)?];
     let mut moved = sources.clone();

@@ -12,7 +12,7 @@ use super::sources::sources;
 use crate::inputs::within;
 
 /// Metres between two updates.
-const STEP_M: f32 = 0.07;
+pub(super) const STEP_M: f32 = 0.07;
 
 /// Name of the scene with a million triangles.
 const MILLION: &str = "million";
