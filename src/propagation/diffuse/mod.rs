@@ -26,6 +26,7 @@ pub mod envelope;
 pub mod listener_field;
 pub mod next_event;
 mod ray_statistics;
+mod sample_search;
 pub mod source_rays;
 mod static_hit_cache;
 mod surface_samples;

@@ -8,6 +8,7 @@ use glam::Vec3;
 
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
+use crate::propagation::diffuse::sample_search::SampleSearch;
 use crate::propagation::rays::directions::{lambert_direction, mix, unit};
 use crate::scene::Scene;
 
@@ -39,9 +40,6 @@ const MAX_THICKNESS_M: f32 = 1.0;
 /// Least cosine between two faces of one wall.
 const PARALLEL: f32 = 0.985;
 
-/// Samples that the search for the nearest one compares at once.
-const BLOCK: usize = 8;
-
 /// One side of a point on a surface.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SurfaceSample {
@@ -71,13 +69,7 @@ pub(crate) struct SurfaceSamples {
     pub(crate) patches: usize,
     /// Mean length in metres of a patch's rays to the next surface.
     pub(crate) leg_m: Vec<f32>,
-    /// Points and normals for the search, one list a coordinate, in the order of x; filled up with infinity to whole
-    /// blocks.
-    columns: [Vec<f32>; 6],
-    /// Index of the sample of each entry of the columns.
-    sorted: Vec<u32>,
-    /// Squared distance in square metres that opposite normals count as.
-    turn_m2: f32,
+    search: SampleSearch,
 }
 
 impl SurfaceSamples {
@@ -126,7 +118,6 @@ impl SurfaceSamples {
                 mark += step;
             }
         }
-        samples.turn_m2 = 4.0 * samples.area_m2;
         samples
     }
 
@@ -148,7 +139,7 @@ impl SurfaceSamples {
                 legs[index].0 += hit.t;
                 legs[index].1 += 1;
                 let normal = facing(scene, hit.group, ray.direction);
-                if let Some(other) = self.nearest(ray.at(hit.t), normal, &[]) {
+                if let Some(other) = self.search.nearest(ray.at(hit.t), normal, &[]) {
                     let (a, b) = (root(&mut space, index), root(&mut space, other));
                     space[a.max(b)] = a.min(b);
                 }
@@ -174,27 +165,11 @@ impl SurfaceSamples {
         });
     }
 
-    /// Builds the columns of the search.
     fn index(&mut self) {
-        let x = |index: &u32| self.all[*index as usize].point.x;
-        let mut sorted: Vec<u32> = (0..self.all.len() as u32).collect();
-        sorted.sort_by(|a, b| x(a).total_cmp(&x(b)));
-        let length = sorted.len().next_multiple_of(BLOCK);
-        let column = |value: fn(&SurfaceSample) -> f32| {
-            let values = sorted.iter().map(|index| value(&self.all[*index as usize]));
-            let mut column: Vec<f32> = values.collect();
-            column.resize(length, f32::INFINITY);
-            column
-        };
-        self.columns = [
-            column(|sample| sample.point.x),
-            column(|sample| sample.point.y),
-            column(|sample| sample.point.z),
-            column(|sample| sample.normal.x),
-            column(|sample| sample.normal.y),
-            column(|sample| sample.normal.z),
-        ];
-        self.sorted = sorted;
+        let samples = self.all.iter().map(|sample| (sample.point, sample.normal));
+        let samples: Vec<_> = samples.collect();
+        // A sample on the other side counts as far as one at the next but two.
+        self.search = SampleSearch::new(&samples, 4.0 * self.area_m2);
     }
 
     fn measure_clearance(&mut self, scene: &Scene, rays: &mut u64) {
@@ -304,7 +279,7 @@ impl SurfaceSamples {
     ) -> Option<usize> {
         let mut tried = [usize::MAX; MAX_TRIES];
         for attempt in 0..MAX_TRIES {
-            let found = self.nearest(point, normal, &tried[..attempt])?;
+            let found = self.search.nearest(point, normal, &tried[..attempt])?;
             let sample = &self.all[found];
             let is_near = sample.normal.dot(normal) > PARALLEL
                 && sample.point.distance(point) < sample.clear_m;
@@ -319,69 +294,6 @@ impl SurfaceSamples {
             tried[attempt] = found;
         }
         None
-    }
-
-    /// The sample nearest to a point with a normal, without those of a list; the first one of several. The search begins at
-    /// the point's x and ends where x alone is farther.
-    fn nearest(&self, point: Vec3, normal: Vec3, without: &[usize]) -> Option<usize> {
-        let x = &self.columns[0];
-        let blocks = x.len() / BLOCK;
-        let first = x.partition_point(|x| *x < point.x) / BLOCK;
-        let (mut below, mut above) = (first.min(blocks), first);
-        let mut best = (f32::INFINITY, usize::MAX);
-        while below > 0 || above < blocks {
-            if above < blocks {
-                let ahead_m = (x[above * BLOCK] - point.x).max(0.0);
-                if ahead_m * ahead_m <= best.0 {
-                    self.search_block(above, (point, normal), without, &mut best);
-                    above += 1;
-                } else {
-                    above = blocks;
-                }
-            }
-            if below > 0 {
-                let behind_m = (point.x - x[below * BLOCK - 1]).max(0.0);
-                if behind_m * behind_m <= best.0 {
-                    below -= 1;
-                    self.search_block(below, (point, normal), without, &mut best);
-                } else {
-                    below = 0;
-                }
-            }
-        }
-        (best.1 != usize::MAX).then_some(best.1)
-    }
-
-    /// Compares a block's samples with the best one, of a squared distance and an index.
-    fn search_block(
-        &self,
-        block: usize,
-        (point, normal): (Vec3, Vec3),
-        without: &[usize],
-        best: &mut (f32, usize),
-    ) {
-        let [x, y, z, nx, ny, nz] = self.columns.each_ref().map(|column| {
-            let lanes = column[block * BLOCK..].first_chunk::<BLOCK>();
-            lanes.copied().unwrap_or([f32::INFINITY; BLOCK])
-        });
-        let mut cost = [0.0f32; BLOCK];
-        for lane in 0..BLOCK {
-            let (dx, dy, dz) = (x[lane] - point.x, y[lane] - point.y, z[lane] - point.z);
-            let cosine = nx[lane] * normal.x + ny[lane] * normal.y + nz[lane] * normal.z;
-            cost[lane] = dx * dx + dy * dy + dz * dz + self.turn_m2 * (1.0 - cosine);
-        }
-        for (lane, cost) in cost.into_iter().enumerate() {
-            // Entries beyond the samples cost infinity or NaN.
-            if cost <= best.0
-                && let Some(index) = self.sorted.get(block * BLOCK + lane)
-            {
-                let index = *index as usize;
-                let is_better = cost < best.0 || index < best.1;
-                if is_better && !without.contains(&index) {
-                    *best = (cost, index);
-                }
-            }
-        }
     }
 }
 
@@ -428,39 +340,4 @@ fn root(sets: &mut [usize], mut index: usize) -> usize {
         index = sets[index];
     }
     index
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scene::{MaterialTable, SceneSettings, procedural};
-
-    #[test]
-    fn the_search_finds_what_a_comparison_with_all_samples_finds() {
-        let mesh = procedural::doorway().mesh;
-        let scene = Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default());
-        let samples = SurfaceSamples::new(&scene.expect("commits"), 300, &mut 0);
-        assert!(samples.all.len() > 100);
-        let random = |number: u64| unit(mix(number)) - 0.5;
-        for number in 0..2000u64 {
-            let [x, y, z, nx, ny, nz] = std::array::from_fn(|k| random(6 * number + k as u64));
-            let point = Vec3::new(20.0 * x, 6.0 * y, 10.0 * z);
-            let normal = Vec3::new(nx, ny, nz).normalize();
-            let without = [samples.nearest(point, normal, &[]).expect("one")];
-            for without in [&[][..], &without] {
-                let cost = |index: usize| {
-                    let sample = &samples.all[index];
-                    let cosine = f64::from(sample.normal.dot(normal));
-                    f64::from(sample.point.distance_squared(point))
-                        + f64::from(samples.turn_m2) * (1.0 - cosine)
-                };
-                let others = (0..samples.all.len()).filter(|index| !without.contains(index));
-                let least = others.map(cost).fold(f64::INFINITY, f64::min);
-                let found = samples.nearest(point, normal, without).expect("one");
-                assert!(!without.contains(&found));
-                // Single precision of squares of 20 m.
-                assert!(cost(found) - least < 1e-3, "{} {least}", cost(found));
-            }
-        }
-    }
 }
