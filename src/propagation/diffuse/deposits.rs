@@ -33,16 +33,19 @@ struct Deposit {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Deposits {
     /// Patch and span of each entry.
-    entries: Vec<(u16, Deposit)>,
+    keys: Vec<u16>,
+    entries: Vec<Deposit>,
 }
 
 impl Deposits {
     pub(crate) fn reserve(&mut self, count: usize) {
-        self.entries
-            .reserve(count.saturating_sub(self.entries.len()));
+        let more = count.saturating_sub(self.entries.len());
+        self.keys.reserve(more);
+        self.entries.reserve(more);
     }
 
     pub(crate) fn clear(&mut self) {
+        self.keys.clear();
         self.entries.clear();
     }
 
@@ -94,12 +97,13 @@ impl Deposits {
         }
         let span = SPAN_ENDS.iter().filter(|end| steps >= **end).count();
         let key = patch * SPANS as u16 + span as u16;
-        let found = self.entries.iter().position(|(other, _)| *other == key);
+        let found = self.keys.iter().position(|other| *other == key);
         let index = found.unwrap_or_else(|| {
-            self.entries.push((key, Deposit::default()));
+            self.keys.push(key);
+            self.entries.push(Deposit::default());
             self.entries.len() - 1
         });
-        let deposit = &mut self.entries[index].1;
+        let deposit = &mut self.entries[index];
         for b in 0..BANDS {
             deposit.scattered[b] += scattered[b];
             deposit.leaving[b] += leaving[b];
@@ -130,15 +134,7 @@ impl DepositSums {
 
     /// Adds deposits times a gain.
     pub(crate) fn add(&mut self, deposits: &Deposits, gain: f32) {
-        for (key, deposit) in &deposits.entries {
-            let sum = &mut self.sums[usize::from(*key)];
-            for b in 0..BANDS {
-                sum.scattered[b] += gain * deposit.scattered[b];
-                sum.leaving[b] += gain * deposit.leaving[b];
-            }
-            sum.steps += gain * deposit.steps;
-            sum.weight += gain * deposit.weight;
-        }
+        add_deposits(LaneSet::best(), &mut self.sums, deposits, gain);
     }
 
     /// Adds what arrives at the listener.
@@ -170,6 +166,22 @@ impl DepositSums {
                 at,
                 &mut histogram.energy,
             );
+        }
+    }
+}
+
+kernel! {
+    /// Adds deposits times a gain. No fused products: all machines give the same bits.
+    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
+    fn add_deposits<L>(sums: &mut [Deposit; MAX_PATCHES * SPANS], deposits: &Deposits, gain: f32) {
+        for (key, deposit) in deposits.keys.iter().zip(&deposits.entries) {
+            let sum = &mut sums[usize::from(*key)];
+            for b in 0..BANDS {
+                sum.scattered[b] += gain * deposit.scattered[b];
+                sum.leaving[b] += gain * deposit.leaving[b];
+            }
+            sum.steps += gain * deposit.steps;
+            sum.weight += gain * deposit.weight;
         }
     }
 }
