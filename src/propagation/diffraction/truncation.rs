@@ -11,6 +11,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use crate::acoustics::{BANDS, smoothstep};
 use crate::propagation::diffraction::complex::{Complex, ComplexBands};
 use crate::propagation::diffraction::transition::transition;
+use crate::simd::{LaneSet, kernel};
 
 /// Phase in radians from which the part beyond an end no longer interferes with the edge's wave within an octave, and the
 /// phase where it begins to fade.
@@ -30,6 +31,30 @@ const GAUSS: [(f64, f64); 8] = [
     (0.762_766_204_958_164_5, 0.156_853_322_938_943_64),
     (0.898_333_238_706_813_4, 0.111_190_517_226_687_24),
     (0.980_144_928_248_768_1, 0.050_614_268_145_188_13),
+];
+
+/// Taylor's series of sin(r)/r and cos(r) in r², highest power first. Up to π/2 the first term left out is 5.3 · 10⁻¹³.
+const SINE: [f64; 9] = [
+    2.811_457_254_345_521e-15,
+    -7.647_163_731_819_816e-13,
+    1.605_904_383_682_161_3e-10,
+    -2.505_210_838_544_172e-8,
+    2.755_731_922_398_589_3e-6,
+    -1.984_126_984_126_984e-4,
+    8.333_333_333_333_333e-3,
+    -0.166_666_666_666_666_66,
+    1.0,
+];
+const COSINE: [f64; 9] = [
+    4.779_477_332_387_385e-14,
+    -1.147_074_559_772_972_5e-11,
+    2.087_675_698_786_81e-9,
+    -2.755_731_922_398_589e-7,
+    2.480_158_730_158_73e-5,
+    -1.388_888_888_888_889e-3,
+    4.166_666_666_666_666_4e-2,
+    -0.5,
+    1.0,
 ];
 
 /// Shares of a wave with the transition function's `arguments` that remain of an edge with ends at these excess lengths
@@ -55,17 +80,22 @@ pub(super) fn shares(
     for excess in excess_m.into_iter().filter(|excess| is_near(*excess)) {
         let phases = wavenumbers.map(|wavenumber| wavenumber * excess.abs());
         let at_end = transition(&phases);
+        let parts = beyond(&arguments, &phases, &whole, &at_end);
         for b in 0..BANDS {
             let joined = (phases[b] - JOINED_PHASE) / (SEPARATE_PHASE - JOINED_PHASE);
             let weight = 1.0 - smoothstep(joined);
             if weight == 0.0 && excess > 0.0 {
                 continue;
             }
-            let part = beyond(arguments[b], phases[b], whole[b], at_end[b]) / whole[b];
+            let (part, turned) = parts[b];
+            let part = part / whole[b];
             if excess < 0.0 {
                 result[b] += part;
             } else {
-                let later = Complex::cis(wavenumbers[b] * beyond_m - phases[b]);
+                let later = match is_beyond {
+                    true => Complex::cis(wavenumbers[b] * beyond_m - phases[b]),
+                    false => turned,
+                };
                 result[b] = result[b] - part * later * weight;
             }
         }
@@ -73,28 +103,94 @@ pub(super) fn shares(
     Some(result)
 }
 
-/// G(√x, √p) e^(jp), given the transition functions of x and p.
-fn beyond(x: f64, phase: f64, of_x: Complex, of_phase: Complex) -> Complex {
-    let (a, u) = (x.max(0.0).sqrt(), phase.sqrt());
-    if a.min(u) * a.min(u) > FAR_PHASE {
-        return Complex::new(0.0, -0.5 * FRAC_1_PI * a / (u * (u * u + a * a)));
+/// G(√x, √p) e^(jp) and e^(−jp) by band, given the transition functions of x and p; the latter up to [`FAR_PHASE`].
+fn beyond(
+    x: &[f64; BANDS],
+    phase: &[f64; BANDS],
+    of_x: &ComplexBands,
+    of_phase: &ComplexBands,
+) -> [(Complex, Complex); BANDS] {
+    let (mut larger, mut ratio) = ([0.0; BANDS], [0.0; BANDS]);
+    for b in 0..BANDS {
+        let (a, u) = (x[b].max(0.0).sqrt(), phase[b].sqrt());
+        larger[b] = a.max(u);
+        ratio[b] = if larger[b] > 0.0 {
+            a.min(u) / larger[b]
+        } else {
+            1.0
+        };
     }
-    if u <= a {
-        let ratio = if a > 0.0 { u / a } else { 1.0 };
-        return (of_x * 0.5 - finite(a, ratio)) * Complex::cis(phase);
-    }
-    let other = of_phase * 0.5 - finite(u, a / u);
-    of_x * of_phase * 0.5 - other * Complex::cis(x)
+    let mut finite = [Complex::ZERO; BANDS];
+    let (mut turned_x, mut turned_phase) = (finite, finite);
+    let set = LaneSet::best();
+    integrate(set, &larger, &ratio, &mut finite);
+    turn_back(set, x, &mut turned_x);
+    turn_back(set, phase, &mut turned_phase);
+    std::array::from_fn(|b| {
+        let (a, u) = (x[b].max(0.0).sqrt(), phase[b].sqrt());
+        let turn = |wave: Complex, back: Complex| wave * Complex::new(back.re, -back.im);
+        let part = if a.min(u) * a.min(u) > FAR_PHASE {
+            Complex::new(0.0, -0.5 * FRAC_1_PI * a / (u * (u * u + a * a)))
+        } else if u <= a {
+            turn(of_x[b] * 0.5 - finite[b], turned_phase[b])
+        } else {
+            let other = of_phase[b] * 0.5 - finite[b];
+            of_x[b] * of_phase[b] * 0.5 - turn(other, turned_x[b])
+        };
+        (part, turned_phase[b])
+    })
 }
 
-/// 1/π ∫ e^(−ja²y²)/(1 + y²) dy from 0 to `ratio`, for phases a² ratio² up to [`FAR_PHASE`].
-fn finite(a: f64, ratio: f64) -> Complex {
-    let mut sum = Complex::ZERO;
-    for (node, weight) in GAUSS {
-        let y = ratio * node;
-        sum += Complex::cis(-(a * y).powi(2)) * (weight / (1.0 + y * y));
+/// e^(−jφ) for phases from 0 to 2π, and somewhat beyond; larger ones count as 7.
+#[inline(always)]
+fn turned_back(phase: f64) -> (f64, f64) {
+    let phase = if phase < 7.0 { phase } else { 7.0 };
+    // With φ = π + 2r the real part is 2 sin² r − 1, the imaginary one 2 sin r cos r.
+    let r = 0.5 * (phase - PI);
+    let square = r * r;
+    let (mut sine, mut cosine) = (SINE[0], COSINE[0]);
+    for k in 1..SINE.len() {
+        sine = sine * square + SINE[k];
+        cosine = cosine * square + COSINE[k];
     }
-    sum * (ratio * FRAC_1_PI)
+    let sine = sine * r;
+    (2.0 * sine * sine - 1.0, 2.0 * sine * cosine)
+}
+
+kernel! {
+    /// [`turned_back`] by band. No fused products: all machines give the same bits.
+    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
+    fn turn_back<Wide>(phase: &[f64; BANDS], result: &mut ComplexBands) {
+        let (mut re, mut im) = ([0.0; BANDS], [0.0; BANDS]);
+        for b in 0..BANDS {
+            (re[b], im[b]) = turned_back(phase[b]);
+        }
+        for b in 0..BANDS {
+            result[b] = Complex::new(re[b], im[b]);
+        }
+    }
+}
+
+kernel! {
+    /// 1/π ∫ e^(−ja²y²)/(1 + y²) dy from 0 to `ratio` by band, for phases a² ratio² up to [`FAR_PHASE`]. Bands are lanes. No
+    /// fused products: all machines give the same bits.
+    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
+    fn integrate<Wide>(a: &[f64; BANDS], ratio: &[f64; BANDS], result: &mut ComplexBands) {
+        let (mut sum_re, mut sum_im) = ([0.0; BANDS], [0.0; BANDS]);
+        for (node, weight) in GAUSS {
+            for b in 0..BANDS {
+                let y = ratio[b] * node;
+                let (re, im) = turned_back((a[b] * y) * (a[b] * y));
+                let weight = weight / (1.0 + y * y);
+                sum_re[b] += re * weight;
+                sum_im[b] += im * weight;
+            }
+        }
+        for b in 0..BANDS {
+            let scale = ratio[b] * FRAC_1_PI;
+            result[b] = Complex::new(sum_re[b] * scale, sum_im[b] * scale);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -117,11 +213,37 @@ mod tests {
     }
 
     #[test]
+    fn turns_are_those_of_the_mathematical_library() {
+        for step in 0..=700 {
+            let phase = 0.01 * f64::from(step);
+            let ((re, im), exact) = (turned_back(phase), Complex::cis(-phase));
+            // Twice the first term left out, and rounding: r is π/2 at 2π and 1.93 at 7.
+            let most = if phase < 2.0 * PI { 1.2e-12 } else { 5e-11 };
+            assert!((Complex::new(re, im) - exact).abs() < most, "{phase}");
+        }
+        let phases = std::array::from_fn(|b| 0.1 + 0.85 * b as f64);
+        for set in LaneSet::vector_units()
+            .into_iter()
+            .chain([LaneSet::Portable])
+        {
+            let mut turned = [Complex::ZERO; BANDS];
+            turn_back(set, &phases, &mut turned);
+            let alone = phases.map(turned_back);
+            assert_eq!(turned, alone.map(|(re, im)| Complex::new(re, im)));
+        }
+    }
+
+    #[test]
     fn the_part_beyond_an_end_is_the_integral() {
         for a in [0.1, 0.4, 1.0, 1.7, 3.0, 8.0] {
             for u in [0.05, 0.3, 0.9, 1.5, 2.4, 4.0, 9.0] {
                 let [of_x, of_phase] = [a, u].map(|v: f64| transition(&[v * v; BANDS])[0]);
-                let ours = beyond(a * a, u * u, of_x, of_phase);
+                let (ours, _) = beyond(
+                    &[a * a; BANDS],
+                    &[u * u; BANDS],
+                    &[of_x; BANDS],
+                    &[of_phase; BANDS],
+                )[3];
                 let exact = integrated(a, u) * Complex::cis(u * u);
                 // The asymptotic form's next term is 1/2u² and 1/2a² of it.
                 let most = if a.min(u) > 2.5 {
