@@ -127,19 +127,14 @@ fn truncate(
 ) {
     let beyond_m = crossing.beyond_m();
     let weight = crossing.beyond_weight() * crossing.length_m() / (crossing.length_m() - beyond_m);
-    for (part, argument) in angles.transition_arguments().into_iter().enumerate() {
-        let arguments = kl.map(|kl| kl * argument);
-        let Some(shares) = truncation::shares(crossing.excess_m, wavenumbers, arguments) else {
-            return;
-        };
-        for (field, share) in fields.iter_mut().zip(shares) {
-            let wave = match part {
-                0 => &mut field.incident,
-                1 => &mut field.first_face,
-                _ => &mut field.second_face,
-            };
-            *wave = *wave * share * weight;
-        }
+    let arguments = (angles.transition_arguments()).map(|argument| kl.map(|kl| kl * argument));
+    let Some(shares) = truncation::shares(crossing.excess_m, wavenumbers, &arguments) else {
+        return;
+    };
+    for (b, field) in fields.iter_mut().enumerate() {
+        field.incident = field.incident * shares[0][b] * weight;
+        field.first_face = field.first_face * shares[1][b] * weight;
+        field.second_face = field.second_face * shares[2][b] * weight;
     }
 }
 

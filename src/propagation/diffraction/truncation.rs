@@ -57,88 +57,95 @@ const COSINE: [f64; 9] = [
     1.0,
 ];
 
-/// Shares of a wave with the transition function's `arguments` that remain of an edge with ends at these excess lengths
-/// ([`crate::scene::edges::EdgeCrossing::excess_m`]), by band; `None` if all of it remains. Beyond an end the phase is that
+/// Shares of three waves with the transition function's `arguments` that remain of an edge with ends at these excess lengths
+/// ([`crate::scene::edges::EdgeCrossing::excess_m`]), by band; `None` if all of them remains. Beyond an end the phase is that
 /// of the path over the end.
 pub(super) fn shares(
     excess_m: [f64; 2],
     wavenumbers: &[f64; BANDS],
-    arguments: [f64; BANDS],
-) -> Option<ComplexBands> {
+    arguments: &[[f64; BANDS]; 3],
+) -> Option<[ComplexBands; 3]> {
     let is_near = |excess: f64| wavenumbers[0] * excess < SEPARATE_PHASE;
     if !excess_m.into_iter().any(is_near) {
         return None;
     }
-    let whole = transition(&arguments);
     let beyond_m = excess_m.into_iter().fold(0.0, |most: f64, m| most.max(-m));
     let is_beyond = beyond_m > 0.0;
-    let mut result = [if is_beyond {
-        Complex::ZERO
-    } else {
-        Complex::ONE
-    }; BANDS];
+    let whole = [0, 1, 2].map(|part| transition(&arguments[part]));
+    let all = match is_beyond {
+        true => Complex::ZERO,
+        false => Complex::ONE,
+    };
+    let mut result = [[all; BANDS]; 3];
     for excess in excess_m.into_iter().filter(|excess| is_near(*excess)) {
         let phases = wavenumbers.map(|wavenumber| wavenumber * excess.abs());
         let at_end = transition(&phases);
-        let parts = beyond(&arguments, &phases, &whole, &at_end);
-        for b in 0..BANDS {
-            let joined = (phases[b] - JOINED_PHASE) / (SEPARATE_PHASE - JOINED_PHASE);
-            let weight = 1.0 - smoothstep(joined);
-            if weight == 0.0 && excess > 0.0 {
-                continue;
-            }
-            let (part, turned) = parts[b];
-            let part = part / whole[b];
-            if excess < 0.0 {
-                result[b] += part;
-            } else {
-                let later = match is_beyond {
-                    true => Complex::cis(wavenumbers[b] * beyond_m - phases[b]),
-                    false => turned,
-                };
-                result[b] = result[b] - part * later * weight;
+        let mut later = [Complex::ZERO; BANDS];
+        turn_back(LaneSet::best(), &phases, &mut later);
+        let end = End {
+            phases,
+            at_end,
+            turned: later,
+        };
+        if is_beyond {
+            later = std::array::from_fn(|b| Complex::cis(wavenumbers[b] * beyond_m - phases[b]));
+        }
+        let weights = phases.map(|phase| {
+            1.0 - smoothstep((phase - JOINED_PHASE) / (SEPARATE_PHASE - JOINED_PHASE))
+        });
+        for part in 0..3 {
+            let cut = end.beyond(&arguments[part], &whole[part]);
+            for b in 0..BANDS {
+                let cut = cut[b] / whole[part][b];
+                if excess < 0.0 {
+                    result[part][b] += cut;
+                } else if weights[b] > 0.0 {
+                    result[part][b] = result[part][b] - cut * later[b] * weights[b];
+                }
             }
         }
     }
     Some(result)
 }
 
-/// G(√x, √p) e^(jp) and e^(−jp) by band, given the transition functions of x and p; the latter up to [`FAR_PHASE`].
-fn beyond(
-    x: &[f64; BANDS],
-    phase: &[f64; BANDS],
-    of_x: &ComplexBands,
-    of_phase: &ComplexBands,
-) -> [(Complex, Complex); BANDS] {
-    let (mut larger, mut ratio) = ([0.0; BANDS], [0.0; BANDS]);
-    for b in 0..BANDS {
-        let (a, u) = (x[b].max(0.0).sqrt(), phase[b].sqrt());
-        larger[b] = a.max(u);
-        ratio[b] = if larger[b] > 0.0 {
-            a.min(u) / larger[b]
-        } else {
-            1.0
-        };
-    }
-    let mut finite = [Complex::ZERO; BANDS];
-    let (mut turned_x, mut turned_phase) = (finite, finite);
-    let set = LaneSet::best();
-    integrate(set, &larger, &ratio, &mut finite);
-    turn_back(set, x, &mut turned_x);
-    turn_back(set, phase, &mut turned_phase);
-    std::array::from_fn(|b| {
-        let (a, u) = (x[b].max(0.0).sqrt(), phase[b].sqrt());
+/// One end of an edge, by band.
+struct End {
+    phases: [f64; BANDS],
+    /// Transition function of the phases.
+    at_end: ComplexBands,
+    /// e^(−jp) of the phases p up to [`FAR_PHASE`].
+    turned: ComplexBands,
+}
+
+impl End {
+    /// G(√x, √p) e^(jp) by band, given the transition function of x.
+    fn beyond(&self, x: &[f64; BANDS], of_x: &ComplexBands) -> ComplexBands {
+        let (mut larger, mut ratio) = ([0.0; BANDS], [0.0; BANDS]);
+        let roots = |b: usize| (x[b].max(0.0).sqrt(), self.phases[b].sqrt());
+        for b in 0..BANDS {
+            let (a, u) = roots(b);
+            larger[b] = a.max(u);
+            ratio[b] = match larger[b] > 0.0 {
+                true => a.min(u) / larger[b],
+                false => 1.0,
+            };
+        }
+        let (mut finite, mut turned) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
+        integrate(LaneSet::best(), &larger, &ratio, &mut finite);
+        turn_back(LaneSet::best(), x, &mut turned);
         let turn = |wave: Complex, back: Complex| wave * Complex::new(back.re, -back.im);
-        let part = if a.min(u) * a.min(u) > FAR_PHASE {
-            Complex::new(0.0, -0.5 * FRAC_1_PI * a / (u * (u * u + a * a)))
-        } else if u <= a {
-            turn(of_x[b] * 0.5 - finite[b], turned_phase[b])
-        } else {
-            let other = of_phase[b] * 0.5 - finite[b];
-            of_x[b] * of_phase[b] * 0.5 - turn(other, turned_x[b])
-        };
-        (part, turned_phase[b])
-    })
+        std::array::from_fn(|b| {
+            let (a, u) = roots(b);
+            if a.min(u) * a.min(u) > FAR_PHASE {
+                return Complex::new(0.0, -0.5 * FRAC_1_PI * a / (u * (u * u + a * a)));
+            }
+            if u <= a {
+                return turn(of_x[b] * 0.5 - finite[b], self.turned[b]);
+            }
+            let other = self.at_end[b] * 0.5 - finite[b];
+            of_x[b] * self.at_end[b] * 0.5 - turn(other, turned[b])
+        })
+    }
 }
 
 /// e^(−jφ) for phases from 0 to 2π, and somewhat beyond; larger ones count as 7.
@@ -238,12 +245,14 @@ mod tests {
         for a in [0.1, 0.4, 1.0, 1.7, 3.0, 8.0] {
             for u in [0.05, 0.3, 0.9, 1.5, 2.4, 4.0, 9.0] {
                 let [of_x, of_phase] = [a, u].map(|v: f64| transition(&[v * v; BANDS])[0]);
-                let (ours, _) = beyond(
-                    &[a * a; BANDS],
-                    &[u * u; BANDS],
-                    &[of_x; BANDS],
-                    &[of_phase; BANDS],
-                )[3];
+                let mut turned = [Complex::ZERO; BANDS];
+                turn_back(LaneSet::best(), &[u * u; BANDS], &mut turned);
+                let end = End {
+                    phases: [u * u; BANDS],
+                    at_end: [of_phase; BANDS],
+                    turned,
+                };
+                let ours = end.beyond(&[a * a; BANDS], &[of_x; BANDS])[3];
                 let exact = integrated(a, u) * Complex::cis(u * u);
                 // The asymptotic form's next term is 1/2u² and 1/2a² of it.
                 let most = if a.min(u) > 2.5 {
