@@ -293,7 +293,10 @@ mod tests {
         let sample = |number: u64| {
             let [x, y, z, nx, ny, nz] = std::array::from_fn(|k| random(6 * number + k as u64));
             // Walls have few normals, and several samples at one distance.
-            let round = |x: f32| if number % 3 == 0 { x } else { x.round() };
+            let round = |x: f32| match number % 3 {
+                0 => x,
+                _ => x.round(),
+            };
             let normal = Vec3::new(nx, ny, nz);
             let normal = match number % 2 {
                 0 => normal.normalize(),
