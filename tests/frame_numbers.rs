@@ -81,6 +81,14 @@ fn each_source_has_its_own_paths_of_the_present_poses() {
             assert!((0.05..20.0).contains(&own.decay_time_s[4]));
         }
         assert!(numbers.paths(removed).is_empty());
+        // The late reverb by direction is all of it. Shares sum to 1 but for the rounding of twelve of them.
+        let by_direction = numbers.reverb_energy_by_direction();
+        for b in 0..8 {
+            let sum: f32 = by_direction.iter().map(|bands| bands[b]).sum();
+            let sends = numbers.sources().iter();
+            let whole: f32 = sends.map(|own| own.reverb_send[b].powi(2)).sum();
+            assert!((sum / whole - 1.0).abs() < 1e-5, "{sum} {whole}");
+        }
     }
     assert!(blocked[0] > 0 && blocked[1] > 0, "{blocked:?}");
 }

@@ -107,6 +107,25 @@ fn the_listener_walks_and_sources_and_doors_are_dragged() {
         let corners = path["corners"].as_array().expect("a list").len() as u64;
         assert_eq!(corners, 3 * (numbers("order") + numbers("edges") + 2));
     }
+    // Twelve directions of length 1, with eight levels each; the late reverb is heard from some of them.
+    let reverb = &view.step_until(&json!({}), |state| {
+        let levels = state["reverb"]["levels_db"].as_array();
+        levels.is_some_and(|levels| levels.iter().any(|bands| bands[4].as_f64() > Some(-100.0)))
+    })["reverb"];
+    let list = |value: &Value| value.as_array().expect("a list").clone();
+    let directions = list(&reverb["directions"]);
+    assert_eq!(
+        (directions.len(), list(&reverb["levels_db"]).len()),
+        (12, 12)
+    );
+    for (direction, bands) in directions.iter().zip(list(&reverb["levels_db"])) {
+        let squares = list(direction)
+            .into_iter()
+            .map(|x| x.as_f64().expect("a number").powi(2));
+        assert!((squares.sum::<f64>() - 1.0).abs() < 1e-5);
+        assert_eq!(list(&bands).len(), 8);
+    }
+    assert_eq!(list(&reverb["decay_s"]).len(), 8);
     // A key stops the scene's own walk.
     let first = view.step_until(&json!({ "keys": "w" }), |state| state["ahead"][2] == -1.0);
     view.step_until(&json!({ "keys": "w" }), |state| {
@@ -121,7 +140,11 @@ fn the_listener_walks_and_sources_and_doors_are_dragged() {
 #[test]
 fn page_mesh_and_sound_are_served() {
     let view = View::open(&[]);
-    for (path, part) in [("/", "page.js"), ("/page.js", "getContext(\"webgl2\"")] {
+    for (path, part) in [
+        ("/", "page.js"),
+        ("/page.js", "getContext(\"webgl2\""),
+        ("/reverb.js", "show_reverb"),
+    ] {
         let (status, body) = view.ask("GET", path, "", "");
         assert_eq!(status, 200);
         assert!(String::from_utf8_lossy(&body).contains(part));

@@ -7,7 +7,8 @@ use std::ops::Range;
 
 use crate::acoustics::{BANDS, BandArray};
 use crate::extrapolation::{
-    FramePath, FramePaths, LATE_GROUPS, LATE_SEGMENTS, LateGroup, LateSend, Obstruction,
+    FramePath, FramePaths, LATE_DIRECTIONS, LATE_GROUPS, LATE_SEGMENTS, LateGroup, LateSend,
+    Obstruction,
 };
 use crate::runtime::engine::messages::{BED, SourceRoute};
 use crate::runtime::handover::newest::{Receiver, Sender, newest};
@@ -95,6 +96,25 @@ impl FrameNumbers {
             .map_or(&[], |own| &self.message.paths[own.paths.clone()])
     }
 
+    /// Energy of the late reverb of all sources by where it arrives from, one of
+    /// [`LATE_DIRECTION_VECTORS`](crate::paths::LATE_DIRECTION_VECTORS) in world coordinates a row, per band, relative to the free
+    /// field at 1 m. The sum of the rows is that of the squares of [`SourceNumbers::reverb_send`].
+    pub fn reverb_energy_by_direction(&self) -> [BandArray; LATE_DIRECTIONS] {
+        let mut energies = [[0.0; BANDS]; LATE_DIRECTIONS];
+        for send in &self.message.late {
+            let Some(group) = self.message.late_groups.get(usize::from(send.group)) else {
+                continue;
+            };
+            let energy = energy_of(send, group);
+            for (sum, shares) in energies.iter_mut().zip(&group.directions) {
+                for b in 0..BANDS {
+                    sum[b] += energy[b] * shares[b];
+                }
+            }
+        }
+        energies
+    }
+
     /// Sorts the message by source.
     fn sort(&mut self) {
         let message = &mut *self.message;
@@ -146,14 +166,10 @@ impl SourceNumbers {
                 continue;
             };
             start_s = start_s.min(send.start_s);
+            let own = energy_of(send, group);
             for b in 0..BANDS {
-                let decay_s = group.decay_time_s[b];
-                if decay_s > 0.0 {
-                    let rate = NEPERS_OF_60_DB / decay_s;
-                    let own = send.energy_per_s[b] * (-rate * send.start_s).exp() / rate;
-                    energy[b] += own;
-                    weighted_s[b] += own * decay_s;
-                }
+                energy[b] += own[b];
+                weighted_s[b] += own[b] * group.decay_time_s[b];
             }
         }
         for b in (0..BANDS).filter(|b| energy[*b] > 0.0) {
@@ -164,6 +180,18 @@ impl SourceNumbers {
             self.reverb_delay_s = start_s;
         }
     }
+}
+
+/// The whole energy of a decay from its start on, per band.
+fn energy_of(send: &LateSend, group: &LateGroup) -> BandArray {
+    std::array::from_fn(|b| {
+        let decay_s = group.decay_time_s[b];
+        if decay_s <= 0.0 {
+            return 0.0;
+        }
+        let rate = NEPERS_OF_60_DB / decay_s;
+        send.energy_per_s[b] * (-rate * send.start_s).exp() / rate
+    })
 }
 
 /// The audio side's end.

@@ -1,5 +1,5 @@
 //! `view`: a scene in the browser, live. One page on the loopback interface: walk by keys, drag sources and doors, see paths
-//! by order and level, hear the engine.
+//! by order and level and the late reverb by direction, hear the engine.
 //!
 //! Three kinds of threads: the app's, which ticks the engine sixty times a second ([`simulation`]); the engine's own; and a
 //! few that answer the page's requests ([`server`]).

@@ -286,7 +286,7 @@ async function step() {
   try {
     const answer = await fetch("step", { method: "POST", body });
     const fresh = await answer.json();
-    if (fresh.listener) { state = fresh; show_figures(); }
+    if (fresh.listener) { state = fresh; show_figures(); show_reverb(state); }
     lost.hidden = true;
   } catch { lost.hidden = false; }
   setTimeout(step, STEP_MS);

@@ -24,6 +24,7 @@ const MAX_REQUEST: u64 = 1 << 14;
 
 const PAGE: &str = include_str!("page.html");
 const SCRIPT: &str = include_str!("page.js");
+const REVERB: &str = include_str!("reverb.js");
 
 /// An open port.
 pub(crate) struct Server {
@@ -99,13 +100,17 @@ impl Server {
         match (request.method(), path) {
             (Method::Get, "/") => typed(PAGE.into(), "text/html; charset=utf-8"),
             (Method::Get, "/page.js") => typed(SCRIPT.into(), "text/javascript; charset=utf-8"),
+            (Method::Get, "/reverb.js") => typed(REVERB.into(), "text/javascript; charset=utf-8"),
             (Method::Get, "/mesh") => typed(self.mesh.clone(), "application/octet-stream"),
             (Method::Get, "/sound") => {
                 let from = query.strip_prefix("from=").and_then(|n| n.parse().ok());
                 typed(self.sound(from.unwrap_or(0)), "application/octet-stream")
             }
             (Method::Post, "/step") => self.step(request),
-            _ => plain(404, "there is /, /page.js, /mesh, /sound and /step"),
+            _ => plain(
+                404,
+                "there is /, /page.js, /reverb.js, /mesh, /sound and /step",
+            ),
         }
     }
 

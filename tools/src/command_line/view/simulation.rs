@@ -5,9 +5,8 @@ use std::sync::{Arc, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use foresound::Result;
-use foresound::extrapolation::PredictorKind;
-use foresound::runtime::engine::SnapshotPath;
+use foresound::extrapolation::{LATE_DIRECTION_VECTORS, PredictorKind};
+use foresound::runtime::engine::{FrameNumbers, SnapshotPath};
 use foresound::runtime::{
     AffinityPolicy, Controller, Engine, EngineSettings, EngineState, NullDevice,
 };
@@ -15,6 +14,7 @@ use foresound::scene::{
     InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId,
     procedural,
 };
+use foresound::{BANDS, Result};
 use glam::{DVec3, Quat, Vec3};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -31,6 +31,8 @@ const STATE_FRAMES: u64 = 2;
 const MAX_SHOWN_PATHS: usize = 512;
 /// Width, height and thickness of a door in metres.
 const DOOR_M: Vec3 = Vec3::new(0.05, 2.06, 0.9);
+/// Energy that is shown as silence: -120 dB.
+const QUIETEST_ENERGY: f32 = 1e-12;
 /// Farthest coordinate that a source is dragged to, in metres.
 const FARTHEST_M: f32 = 1e5;
 
@@ -240,6 +242,7 @@ impl Simulation {
             .iter()
             .map(|path| shown_path(path, &self.sources))
             .collect();
+        let reverb = shown_reverb(self.controller.frame_numbers());
         let statistics = self.controller.statistics();
         let settings = self.controller.settings();
         let period_s = settings.block_frames as f64 / f64::from(settings.generation.rate_hz);
@@ -256,6 +259,7 @@ impl Simulation {
             "doors": doors,
             "door_m": DOOR_M.to_array(),
             "paths": paths,
+            "reverb": reverb,
             "update_ms": 1e3 * statistics.propagation_s,
             "level": statistics.extrapolation_level,
             "quality": statistics.quality_level.0,
@@ -297,6 +301,36 @@ fn shown_path(path: &SnapshotPath, sources: &[(SourceId, Vec3)]) -> Value {
         "edges": path.diffraction_order,
         "db": (10.0 * path.level_db).round() / 10.0,
         "corners": corners,
+    })
+}
+
+/// The late reverb of all sources: its level in dB by direction and band, where the directions are, and its decay times.
+fn shown_reverb(numbers: &FrameNumbers) -> Value {
+    let tenths = |value: f32| (10.0 * value).round() / 10.0;
+    let levels: Vec<Vec<f32>> = numbers
+        .reverb_energy_by_direction()
+        .iter()
+        .map(|bands| {
+            bands
+                .map(|energy| tenths(10.0 * energy.max(QUIETEST_ENERGY).log10()))
+                .into()
+        })
+        .collect();
+    // The mean over sources by energy.
+    let decay_s: Vec<f32> = (0..BANDS)
+        .map(|b| {
+            let own = numbers.sources().iter();
+            let energies = own.map(|own| (own.reverb_send[b].powi(2), own.decay_time_s[b]));
+            let (sum, weighted) = energies.fold((0.0, 0.0), |(sum, weighted), (energy, time_s)| {
+                (sum + energy, weighted + energy * time_s)
+            });
+            (100.0 * weighted / f32::max(sum, QUIETEST_ENERGY)).round() / 100.0
+        })
+        .collect();
+    json!({
+        "directions": LATE_DIRECTION_VECTORS.map(|direction| direction.to_array()),
+        "levels_db": levels,
+        "decay_s": decay_s,
     })
 }
 
