@@ -40,6 +40,7 @@ fn pages() -> Vec<PathBuf> {
         "README.md",
         "CHANGELOG.md",
         "android/README.md",
+        "integrations/README.md",
         "tools/README.md",
         "docs/src/SUMMARY.md",
     ] {
@@ -141,10 +142,12 @@ fn code_is_that_of_the_files_that_are_compiled() {
             }
         }
     }
-    // check.sh compiles both.
-    assert_eq!(files, ["android/c/first.c", "android/jvm/FirstSound.kt"]);
+    // Bevy's example is compiled with the tests of its workspace, the others by check.sh.
+    let (bevy, others) = files.split_first().expect("files");
+    assert_eq!(bevy, "integrations/bevy/examples/first_sound.rs");
+    assert_eq!(others, ["android/c/first.c", "android/jvm/FirstSound.kt"]);
     let check = read("android/check.sh");
-    assert!(files.iter().all(|file| check.contains(file.as_str())));
+    assert!(others.iter().all(|file| check.contains(file.as_str())));
 }
 
 #[test]
@@ -157,7 +160,7 @@ fn functions_of_c_exist() {
         for word in words.filter(|word| word.starts_with("foresound_") && !word.ends_with('_')) {
             let is_function = header.contains(&format!("{word}("));
             assert!(
-                is_function || word == "foresound_tools",
+                is_function || word == "foresound_tools" || word == "foresound_bevy",
                 "{}: no {word}",
                 page.display()
             );

@@ -5,7 +5,7 @@
 const BAND_NAMES = ["63", "125", "250", "500", "1k", "2k", "4k", "8k"];
 const SILENCE_DB = -110;
 // Levels that the map's colours span, around the mean of all directions.
-const SPAN_DB = 6;
+const SPAN_DB = 4;
 
 const sphere = document.getElementById("reverb_sphere");
 const band_bars = document.getElementById("reverb_bands");
@@ -44,7 +44,8 @@ function around(state) {
   return directions.map(([x, y, z], i) => ({
     // Ahead is (ax, az), to the right of it (-az, ax).
     right: -ahead[1] * x + ahead[0] * z, up: y, ahead: ahead[0] * x + ahead[1] * z,
-    energy: levels_db[i].reduce((sum, db, b) => sum + (band < 0 || band === b ? energy_of(db) : 0), 0),
+    // Of all bands the mean, as a path's level.
+    energy: band < 0 ? levels_db[i].reduce((sum, db) => sum + energy_of(db), 0) / levels_db[i].length : energy_of(levels_db[i][band]),
   }));
 }
 
