@@ -155,6 +155,7 @@ fn the_audio_side_neither_allocates_nor_frees() {
 fn sources_are_rendered_apart_without_allocation() {
     let mut settings = settings();
     settings.generation.source_buses = true;
+    settings.generation.listeners = 2;
     settings.schedule = EngineSchedule::Synchronous;
     settings.frame_time = FrameTime::Fixed(1.0 / 60.0);
     let (mut controller, mut renderer) = Engine::new(settings).expect("an engine");
@@ -167,6 +168,7 @@ fn sources_are_rendered_apart_without_allocation() {
         })
         .collect();
     let (dry, mut bus) = (vec![0.1; 256], vec![0.0; 2 * 256]);
+    let mut both = vec![0.0; 2 * 2 * 256];
     let (mut operations, mut own) = (0, 0);
     for frame in 0..200 {
         if frame == 100 {
@@ -190,9 +192,13 @@ fn sources_are_rendered_apart_without_allocation() {
                 renderer.render_reverb(&mut bus[block - 1..]);
             }
         }
+        renderer.render_listeners(&mut both);
         operations += counting::operations() - before;
+        let other = ListenerPose::facing(Vec3::new(2.0, 1.5, 1.0 + 0.01 * frame as f32), 0.0);
+        controller.set_listener(1, other).expect("a good pose");
     }
     assert_eq!(operations, 0);
+    assert!(both.iter().any(|sample| *sample != 0.0));
     assert!(own > 1000, "{own}");
 }
 

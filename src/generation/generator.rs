@@ -6,23 +6,22 @@
 
 mod source_buses;
 
+use std::ops::Range;
 use std::sync::Arc;
-
-use glam::Quat;
 
 use crate::error::Result;
 use crate::extrapolation::FramePaths;
 use crate::simd::F32x8;
 
-use super::{BandCorrection, BandFilter, BlockReport, CHUNK, GeneratorSettings, Hrtf, Limiter};
+use super::{BandCorrection, BandFilter, BlockReport, CHUNK, GeneratorSettings, Hrtf};
 use crate::generation::bands::air_filter::AirFilter;
 use crate::generation::bands::band_filter::SIGNALS;
 use crate::generation::delay::delay_line::DelayLine;
 use crate::generation::delay::interpolation::AHEAD;
+use crate::generation::listener_output::{CommonInputs, ListenerOutput};
 use crate::generation::output_stage::OutputStage;
-use crate::generation::ramp::{ChunkSpan, Chunks};
-use crate::generation::render_context::{Dropped, RenderContext, SlotOwner};
-use crate::generation::reverb::late_reverb::LateReverb;
+use crate::generation::ramp::{Chunk, Chunks};
+use crate::generation::render_context::SlotOwner;
 
 /// Longest block in audio frames whose sources are rendered apart.
 const MAX_BLOCK: usize = 4096;
@@ -30,31 +29,18 @@ const MAX_BLOCK: usize = 4096;
 /// Input samples of at least this magnitude and NaN are replaced by zero: squares stay finite.
 const MAX_SAMPLE: f32 = 1e6;
 
-/// The voices' inputs, borrowed field by field.
-macro_rules! context {
-    ($generator:ident, $table:expr, $frame:expr, $ramp:expr) => {
-        RenderContext {
-            table: &$table,
+/// What all listeners have in common, borrowed field by field.
+macro_rules! common {
+    ($generator:ident) => {
+        CommonInputs {
             correction: &$generator.correction,
             air: &$generator.air,
-            air_np_per_s: $frame.high_air_np_per_s,
-            to_head: orientation(&$frame.orientation).conjugate(),
+            owners: &$generator.owners,
             rate_hz: $generator.rate_hz,
             max_delay: $generator.max_delay,
             now: $generator.now,
-            left: $generator.left,
-            ramp: $ramp,
         }
     };
-}
-
-/// A frame's orientation normalised, or the identity if it is not a rotation.
-fn orientation(given: &Quat) -> Quat {
-    if given.is_finite() && given.length_squared() > 0.0 {
-        given.normalize()
-    } else {
-        Quat::IDENTITY
-    }
 }
 
 /// The sound generation stage.
@@ -89,22 +75,13 @@ pub struct Generator {
     filters: Vec<BandFilter>,
     lines: Vec<DelayLine>,
     owners: Vec<SlotOwner>,
-    late: Option<LateReverb>,
-    stage: Box<OutputStage>,
-    /// The stage from the next frame on.
-    next_stage: Option<Box<OutputStage>>,
-    /// The stage before the last change, while it fades out and until it is retired.
-    last_stage: Option<Box<OutputStage>>,
-    limiter: Option<Limiter>,
+    /// By listener.
+    outputs: Vec<ListenerOutput>,
     /// Audio frames since the start.
     now: i64,
-    /// Frames left of the present ramp.
-    left: u32,
     /// Input of four sources with invalid samples replaced, and its bands.
     clean: [Vec<f32>; SIGNALS],
     bands: [Vec<F32x8>; SIGNALS],
-    /// Gains of a signal without position in the first two channels.
-    bed_gains: [[f32; 2]; 2],
     report: BlockReport,
 }
 
@@ -117,18 +94,11 @@ impl Generator {
     /// rate.
     pub fn new(settings: GeneratorSettings, hrtf: Arc<Hrtf>) -> Result<Self> {
         settings.check()?;
-        let stage = Box::new(OutputStage::new(&settings, &hrtf)?);
+        let output = |_| ListenerOutput::new(&settings, &hrtf);
+        let outputs = (0..settings.listeners).map(output).collect::<Result<_>>()?;
         let channels = settings.output_channels();
         let rate_hz = f64::from(settings.rate_hz);
         let max_delay = (settings.max_delay_s * rate_hz).ceil();
-        let limiter = match settings.limiter {
-            true => Some(Limiter::new(
-                settings.rate_hz,
-                channels,
-                settings.ceiling_db,
-            )?),
-            false => None,
-        };
         let sources = settings.max_sources;
         let (signals, block) = match settings.source_buses {
             true => (1, MAX_BLOCK),
@@ -148,16 +118,8 @@ impl Generator {
                 .map(|_| DelayLine::new(max_delay as usize + block))
                 .collect(),
             owners: vec![SlotOwner::NONE; sources],
-            late: settings
-                .late
-                .then(|| LateReverb::new(settings.rate_hz, sources)),
-            bed_gains: stage.bed_gains(),
-            stage,
-            next_stage: None,
-            last_stage: None,
-            limiter,
+            outputs,
             now: 0,
-            left: 0,
             clean: std::array::from_fn(|_| vec![0.0; CHUNK]),
             bands: std::array::from_fn(|_| vec![F32x8::ZERO; CHUNK]),
             report: BlockReport::default(),
@@ -169,27 +131,33 @@ impl Generator {
         self.channels
     }
 
-    /// Renders by another stage from the next frame on: all paths start in it and fade out in the present one. Only while
-    /// [`Self::can_change_stage`]. Real-time.
-    pub(crate) fn change_stage(&mut self, mut stage: Box<OutputStage>) {
+    /// Renders each listener by another stage from the next frame on: all paths start in it and fade out in the present one. Only
+    /// while [`Self::can_change_stage`]. Takes a stage for each listener. Real-time.
+    pub(crate) fn change_stages(&mut self, stages: &mut Vec<Box<OutputStage>>) {
         debug_assert!(self.can_change_stage(), "a stage is still fading");
-        stage.start_silent();
-        self.next_stage = Some(stage);
+        for (output, stage) in self.outputs.iter_mut().zip(stages.drain(..)) {
+            output.change_stage(stage);
+        }
     }
 
     /// Whether no stage fades out or waits. Real-time.
     pub(crate) fn can_change_stage(&self) -> bool {
-        self.next_stage.is_none() && self.last_stage.is_none()
+        self.outputs.iter().all(ListenerOutput::can_change_stage)
     }
 
-    /// The stage that has faded out, once, for the control side to free. Real-time.
-    pub(crate) fn take_retired_stage(&mut self) -> Option<Box<OutputStage>> {
-        self.last_stage.take_if(|stage| stage.is_over())
+    /// Adds stages that have faded out to a list that has room for them, for the control side to free; returns whether all have now.
+    /// Real-time.
+    pub(crate) fn take_retired_stages(&mut self, stages: &mut Vec<Box<OutputStage>>) -> bool {
+        for output in &mut self.outputs {
+            stages.extend(output.take_retired_stage());
+        }
+        stages.len() == self.outputs.len()
     }
 
     /// Latency in frames besides path and ear delays: interpolation and limiter.
     pub fn latency_frames(&self) -> usize {
-        AHEAD + self.limiter.as_ref().map_or(0, Limiter::latency_frames)
+        let limiter = self.outputs.first();
+        AHEAD + limiter.map_or(0, ListenerOutput::latency_frames)
     }
 
     /// Sets a graphics frame: all values ramp linearly to those of the frame within `ramp_frames` audio frames, usually the
@@ -200,8 +168,9 @@ impl Generator {
     ///
     /// Real-time: no allocation; time grows at most as n log n with the number n of paths.
     pub fn set_frame(&mut self, frame: &FramePaths, ramp_frames: u32) {
-        let stage = self.next_stage.as_mut().unwrap_or(&mut self.stage);
-        stage.voices.discard_paths();
+        if let Some(output) = self.outputs.first_mut() {
+            output.discard();
+        }
         self.set_prepared_frame(frame, ramp_frames);
     }
 
@@ -210,24 +179,39 @@ impl Generator {
     ///
     /// Real-time, on the rendering thread: no allocation; time grows with `most`, and slowly with the number of paths.
     pub fn prepare_frame(&mut self, frame: &FramePaths, most: usize) -> bool {
-        let stage = self.next_stage.as_mut().unwrap_or(&mut self.stage);
-        let context = context!(self, stage.table, frame, 1);
-        let paths = &frame.paths;
-        let voices = &mut stage.voices;
-        voices.prepare_paths(paths, &self.owners, &context, most)
+        self.prepare_frame_of(0, frame, most)
+    }
+
+    /// [`Self::prepare_frame`] of a listener.
+    pub(crate) fn prepare_frame_of(
+        &mut self,
+        listener: usize,
+        frame: &FramePaths,
+        most: usize,
+    ) -> bool {
+        let common = common!(self);
+        let output = self.outputs.get_mut(listener);
+        output.is_none_or(|output| output.prepare(&common, frame, most))
     }
 
     /// [`Self::set_frame`] for a frame of [`Self::prepare_frame`]: the same result, bit for bit, in less time. Prepares the
     /// remaining paths. Real-time, as [`Self::set_frame`].
     pub fn set_prepared_frame(&mut self, frame: &FramePaths, ramp_frames: u32) {
-        let ramp = ramp_frames.max(1);
+        self.set_prepared_frame_of(0, frame, ramp_frames);
+    }
+
+    /// [`Self::set_prepared_frame`] of a listener. All listeners' frames are set before the same chunk.
+    pub(crate) fn set_prepared_frame_of(
+        &mut self,
+        listener: usize,
+        frame: &FramePaths,
+        ramp_frames: u32,
+    ) {
         self.update_owners(frame);
-        self.apply_next_stage(frame, ramp);
-        let stage = &mut self.stage;
-        let context = context!(self, stage.table, frame, ramp);
-        let voices = &mut stage.voices;
-        let dropped = voices.set_paths(&frame.paths, &self.owners, &context);
-        self.update_late(frame, dropped, ramp);
+        let common = common!(self);
+        if let Some(output) = self.outputs.get_mut(listener) {
+            output.set(&common, frame, ramp_frames.max(1));
+        }
     }
 
     /// [`Self::set_prepared_frame`], except that new and jumping paths wait for [`Self::start_voices`]; returns their number.
@@ -235,15 +219,20 @@ impl Generator {
     ///
     /// Real-time, as [`Self::set_prepared_frame`].
     pub fn take_prepared_frame(&mut self, frame: &FramePaths, ramp_frames: u32) -> usize {
-        let ramp = ramp_frames.max(1);
+        self.take_prepared_frame_of(0, frame, ramp_frames)
+    }
+
+    /// [`Self::take_prepared_frame`] of a listener.
+    pub(crate) fn take_prepared_frame_of(
+        &mut self,
+        listener: usize,
+        frame: &FramePaths,
+        ramp_frames: u32,
+    ) -> usize {
         self.update_owners(frame);
-        self.apply_next_stage(frame, ramp);
-        let stage = &mut self.stage;
-        let context = context!(self, stage.table, frame, ramp);
-        let voices = &mut stage.voices;
-        let dropped = voices.take_paths(&frame.paths, &self.owners, &context);
-        self.update_late(frame, dropped, ramp);
-        self.stage.voices.pending_count()
+        let common = common!(self);
+        let output = self.outputs.get_mut(listener);
+        output.map_or(0, |output| output.take(&common, frame, ramp_frames.max(1)))
     }
 
     /// Starts the voices of up to `most` waiting paths, the loudest first; returns the number of paths still waiting.
@@ -255,30 +244,14 @@ impl Generator {
     ///
     /// Real-time, on the rendering thread: no allocation; time grows with `most`, and slowly with the number of voices.
     pub fn start_voices(&mut self, most: usize) -> usize {
-        let context = RenderContext {
-            table: &self.stage.table,
-            correction: &self.correction,
-            air: &self.air,
-            air_np_per_s: Default::default(),
-            to_head: Quat::IDENTITY,
-            rate_hz: self.rate_hz,
-            max_delay: self.max_delay,
-            now: self.now,
-            left: self.left,
-            ramp: self.left.max(CHUNK as u32),
-        };
-        self.stage.voices.start(most, &self.owners, &context)
+        self.start_voices_of(0, most)
     }
 
-    /// Exchanges the stages at the frame of a change, and fades the last one.
-    fn apply_next_stage(&mut self, frame: &FramePaths, ramp: u32) {
-        let Some(next) = self.next_stage.take() else {
-            return;
-        };
-        let mut last = std::mem::replace(&mut self.stage, next);
-        let table = Arc::clone(&last.table);
-        last.fade(&self.owners, &context!(self, table, frame, ramp));
-        self.last_stage = Some(last);
+    /// [`Self::start_voices`] of a listener.
+    pub(crate) fn start_voices_of(&mut self, listener: usize, most: usize) -> usize {
+        let common = common!(self);
+        let output = self.outputs.get_mut(listener);
+        output.map_or(0, |output| output.start_voices(&common, most))
     }
 
     /// Updates the owners of the slots; a new owner starts from silence.
@@ -300,25 +273,6 @@ impl Generator {
         }
     }
 
-    /// Applies a frame's late reverb.
-    fn update_late(&mut self, frame: &FramePaths, dropped: Dropped, ramp: u32) {
-        self.report.dropped_paths += dropped.paths;
-        self.report.dropped_delays += dropped.delays;
-        self.report.late_starts += dropped.late_starts;
-        if let Some(late) = &mut self.late {
-            let to_head = orientation(&frame.orientation).conjugate();
-            self.stage.set_orientation(to_head, self.left, ramp);
-            late.set_frame(
-                frame,
-                self.max_delay as i64,
-                &self.correction,
-                self.left,
-                ramp,
-            );
-        }
-        self.left = ramp;
-    }
-
     /// Renders `output.len() / channels` frames of interleaved [`Self::channels`], overwriting `output`.
     ///
     /// `inputs` holds one mono signal per source slot, in which 1 is the pressure at 1 m in the free field. An empty or
@@ -338,87 +292,73 @@ impl Generator {
         bed: [&[f32]; 2],
         output: &mut [f32],
     ) -> BlockReport {
-        let channels = self.channels;
-        let frames = output.len() / channels;
-        for (start, chunk) in Chunks::new(self.now, self.left, frames) {
-            let end = start + chunk.frames;
-            self.render_chunk(
-                inputs,
-                start,
-                chunk,
-                &mut output[channels * start..channels * end],
-            );
+        let frames = output.len() / self.channels;
+        output[self.channels * frames..].fill(0.0);
+        self.render_range(inputs, bed, (output, 1), 0..frames)
+    }
+
+    /// Renders frames of several outputs of equal length, one after the other: one for the mix of all listeners, or one for each.
+    pub(crate) fn render_range(
+        &mut self,
+        inputs: &[&[f32]],
+        bed: [&[f32]; 2],
+        (output, count): (&mut [f32], usize),
+        range: Range<usize>,
+    ) -> BlockReport {
+        let (channels, whole) = (self.channels, output.len() / count.max(1));
+        let part = channels * range.start..channels * range.end;
+        let frames = range.len();
+        for own in output.chunks_exact_mut(whole.max(1)) {
+            own[part.clone()].fill(0.0);
         }
-        output[channels * frames..].fill(0.0);
-        self.add_bed(bed, output);
-        let mut report = self.take_report(frames);
-        if let Some(limiter) = &mut self.limiter {
-            report.limiter_gain_min = limiter.process(output);
+        for chunk in self.chunks(frames) {
+            for group in 0..self.filters.len() {
+                let own = inputs.get(group * self.signals..).unwrap_or_default();
+                self.write_sources(group, own, &chunk);
+            }
+            for (listener, own) in self.outputs.iter_mut().enumerate() {
+                let at = whole * (listener % count) + part.start + channels * chunk.start;
+                let output = &mut output[at..at + channels * chunk.frames];
+                own.render(&self.lines, chunk.span(listener), output, channels);
+            }
+            self.advance(&chunk);
         }
-        report
+        let mut limiter_gain_min = 1.0f32;
+        for (listener, own) in output.chunks_exact_mut(whole.max(1)).enumerate() {
+            let own = &mut own[part.clone()];
+            self.silence_non_finite(own);
+            let Some(output) = self.outputs.get_mut(listener) else {
+                continue;
+            };
+            output.add_bed(bed, MAX_SAMPLE, own, channels);
+            limiter_gain_min = limiter_gain_min.min(output.limit(own));
+        }
+        BlockReport {
+            limiter_gain_min,
+            ..self.take_report(frames)
+        }
+    }
+
+    /// The chunks of the next `frames` frames.
+    fn chunks(&self, frames: usize) -> Chunks {
+        let left = |listener: usize| self.outputs.get(listener).map_or(0, |output| output.left);
+        Chunks::new(self.now, std::array::from_fn(left), frames)
     }
 
     /// The counts since the last report.
     fn take_report(&mut self, frames: usize) -> BlockReport {
-        let stages = self.last_stage.iter().chain([&self.stage]);
-        BlockReport {
+        let mut report = BlockReport {
             frames: frames as u32,
-            voices: stages.map(|stage| stage.voices.count() as u32).sum(),
             ..std::mem::take(&mut self.report)
+        };
+        for output in &mut self.outputs {
+            let dropped = output.take_dropped();
+            report.dropped_paths += dropped.paths;
+            report.dropped_delays += dropped.delays;
+            report.late_starts += dropped.late_starts;
+            report.voices += output.voices();
         }
-    }
-
-    /// Adds a signal without position; its gains glide where the layout has changed.
-    fn add_bed(&mut self, bed: [&[f32]; 2], output: &mut [f32]) {
-        const STEP: f32 = 1.0 / CHUNK as f32;
-        let targets = self.stage.bed_gains();
-        for (signal, (gains, targets)) in bed.iter().zip(self.bed_gains.iter_mut().zip(targets)) {
-            for (frame, sample) in output.chunks_exact_mut(self.channels).zip(*signal) {
-                let gains = gains.iter_mut().zip(targets);
-                for (value, (gain, target)) in frame.iter_mut().zip(gains) {
-                    *gain += (target - *gain).clamp(-STEP, STEP);
-                    if sample.abs() < MAX_SAMPLE {
-                        *value += *gain * sample;
-                    }
-                }
-            }
-        }
-    }
-
-    /// Renders a chunk within which no ramp ends.
-    fn render_chunk(
-        &mut self,
-        inputs: &[&[f32]],
-        start: usize,
-        chunk: ChunkSpan,
-        output: &mut [f32],
-    ) {
-        for group in 0..self.filters.len() {
-            let first = group * self.signals;
-            self.write_sources(group, inputs.get(first..).unwrap_or_default(), start, chunk);
-        }
-        output.fill(0.0);
-        self.stage.add_voices(&self.lines, chunk);
-        let mut last_stage = self.last_stage.as_mut().filter(|stage| !stage.is_over());
-        if let Some(last) = &mut last_stage {
-            last.add_voices(&self.lines, chunk);
-        }
-        if let Some(reverb) = &mut self.late {
-            for (slot, line) in self.lines.iter().enumerate() {
-                reverb.collect(slot, line, chunk);
-            }
-            let waves = reverb.process(chunk.left, chunk.frames);
-            self.stage.add_waves(chunk, waves);
-            if let Some(last) = &mut last_stage {
-                last.add_waves(chunk, waves);
-            }
-        }
-        self.stage.finish(output, self.channels);
-        if let Some(last) = last_stage {
-            last.finish(output, self.channels);
-        }
-        self.silence_non_finite(output);
-        self.advance(chunk);
+        report
     }
 
     /// Replaces values that are not finite by zero, and counts them.
@@ -432,14 +372,16 @@ impl Generator {
     }
 
     /// Advances the time behind a chunk.
-    fn advance(&mut self, chunk: ChunkSpan) {
+    fn advance(&mut self, chunk: &Chunk) {
         self.now = chunk.now + chunk.frames as i64;
-        self.left = chunk.left.saturating_sub(chunk.frames as u32);
+        for output in &mut self.outputs {
+            output.left = output.left.saturating_sub(chunk.frames as u32);
+        }
     }
 
     /// Splits a chunk of the sources of one filter into bands and appends it to their delay lines.
-    fn write_sources(&mut self, group: usize, inputs: &[&[f32]], start: usize, chunk: ChunkSpan) {
-        let (first, frames) = (group * self.signals, chunk.frames);
+    fn write_sources(&mut self, group: usize, inputs: &[&[f32]], chunk: &Chunk) {
+        let (first, start, frames) = (group * self.signals, chunk.start, chunk.frames);
         let filter = &mut self.filters[group];
         let mut sounding: [bool; SIGNALS] = std::array::from_fn(|n| filter.is_sounding(n));
         for (n, clean) in self.clean.iter_mut().enumerate().take(self.signals) {

@@ -14,6 +14,7 @@ pub mod binaural;
 pub mod delay;
 mod generator;
 mod limiter;
+mod listener_output;
 mod output_stage;
 pub mod panning;
 mod ramp;

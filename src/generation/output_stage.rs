@@ -232,12 +232,12 @@ mod tests {
             ..settings
         };
         let stage = OutputStage::new(&changed, &hrtf).unwrap();
-        generator.change_stage(Box::new(stage));
+        generator.change_stages(&mut vec![Box::new(stage)]);
         generator.set_frame(&silent, 256);
         let mut retired = 0;
         for number in 0..60 {
             block(&mut generator);
-            if generator.take_retired_stage().is_some() {
+            if generator.take_retired_stages(&mut Vec::new()) {
                 retired = number;
             }
         }

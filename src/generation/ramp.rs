@@ -5,6 +5,7 @@
 //! the target bit for bit.
 
 use crate::generation::CHUNK;
+use crate::generation::settings::MAX_LISTENERS;
 use crate::simd::F32x8;
 
 /// The chunk being rendered.
@@ -18,47 +19,63 @@ pub(crate) struct ChunkSpan {
     pub(crate) frames: usize,
 }
 
-/// The chunks of a block, each with its first frame in the block: no ramp ends within a chunk.
-pub(crate) struct Chunks {
-    now: i64,
-    left: u32,
-    start: usize,
-    end: usize,
+/// A chunk of a block, with its first frame in the block and the frames left of each listener's ramp.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Chunk {
+    pub(crate) start: usize,
+    pub(crate) now: i64,
+    pub(crate) frames: usize,
+    left: [u32; MAX_LISTENERS],
 }
 
-impl Chunks {
-    /// Of a block of `frames` frames from time `now` on, with `left` frames of the ramp left.
-    pub(crate) fn new(now: i64, left: u32, frames: usize) -> Self {
-        Self {
-            now,
-            left,
-            start: 0,
-            end: frames,
+impl Chunk {
+    /// The chunk for a listener's voices.
+    pub(crate) fn span(&self, listener: usize) -> ChunkSpan {
+        ChunkSpan {
+            now: self.now,
+            left: self.left[listener],
+            frames: self.frames,
         }
     }
 }
 
-impl Iterator for Chunks {
-    type Item = (usize, ChunkSpan);
+/// The chunks of a block: no ramp ends within a chunk.
+pub(crate) struct Chunks {
+    next: Chunk,
+    end: usize,
+}
 
-    fn next(&mut self) -> Option<Self::Item> {
-        let mut frames = (self.end - self.start).min(CHUNK);
-        if self.left > 0 {
-            frames = frames.min(self.left as usize);
-        }
+impl Chunks {
+    /// Of a block of `frames` frames from time `now` on, with `left` frames of each listener's ramp left.
+    pub(crate) fn new(now: i64, left: [u32; MAX_LISTENERS], frames: usize) -> Self {
+        let next = Chunk {
+            start: 0,
+            now,
+            frames: 0,
+            left,
+        };
+        Self { next, end: frames }
+    }
+}
+
+impl Iterator for Chunks {
+    type Item = Chunk;
+
+    fn next(&mut self) -> Option<Chunk> {
+        let next = &mut self.next;
+        let ramps = next.left.iter().filter(|left| **left > 0);
+        let most = (self.end - next.start).min(CHUNK);
+        let frames = ramps.fold(most, |frames, left| frames.min(*left as usize));
         if frames == 0 {
             return None;
         }
-        let chunk = ChunkSpan {
-            now: self.now,
-            left: self.left,
-            frames,
-        };
-        let start = self.start;
-        self.start += frames;
-        self.now += frames as i64;
-        self.left = self.left.saturating_sub(frames as u32);
-        Some((start, chunk))
+        let chunk = Chunk { frames, ..*next };
+        next.start += frames;
+        next.now += frames as i64;
+        for left in &mut next.left {
+            *left = left.saturating_sub(frames as u32);
+        }
+        Some(chunk)
     }
 }
 

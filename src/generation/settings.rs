@@ -4,6 +4,9 @@ use crate::acoustics::bands::EDGES_HZ;
 use crate::error::{Error, Result};
 use crate::generation::panning::layout::Layout;
 
+/// Most listeners.
+pub(crate) const MAX_LISTENERS: usize = 4;
+
 // Measured; `tools/tests/limits.rs` compares them with what is allocated.
 /// Bytes of a voice: weights of two ears, history, plan.
 const VOICE_BYTES: usize = 1900;
@@ -49,6 +52,9 @@ pub struct GeneratorSettings {
     /// Whether sources can be rendered apart, each into a bus of its own. Takes 0.2 MB a slot, and in binaural sound the HRTF's
     /// filters once a source.
     pub source_buses: bool,
+    /// Listeners, 1 to 4: for a split screen or spectators. Each has its own voices and late reverb; the sources' delay lines are
+    /// common.
+    pub listeners: usize,
 }
 
 impl Default for GeneratorSettings {
@@ -66,6 +72,7 @@ impl Default for GeneratorSettings {
             channels: None,
             ceiling_db: -0.3,
             source_buses: false,
+            listeners: 1,
         }
     }
 }
@@ -82,7 +89,8 @@ impl GeneratorSettings {
             .max_sources
             .saturating_mul(SLOT_BYTES + bus_bytes + line_bytes as usize);
         let voices = self.max_voices.saturating_mul(VOICE_BYTES);
-        slots.saturating_add(voices).saturating_add(FIXED_BYTES)
+        let own = voices.saturating_add(FIXED_BYTES);
+        slots.saturating_add(own.saturating_mul(self.listeners))
     }
 
     /// Channels of the output.
@@ -102,6 +110,7 @@ impl GeneratorSettings {
         within("max_delay_s", self.max_delay_s, 0.01, 10.0)?;
         within("channels", self.output_channels(), 1, 16)?;
         self.layout.check_channels(self.output_channels())?;
+        within("listeners", self.listeners, 1, MAX_LISTENERS)?;
         within("ceiling_db", self.ceiling_db, -60.0, 0.0)
     }
 }

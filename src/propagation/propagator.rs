@@ -3,6 +3,8 @@
 //! Each phase is a list of independent shares for the caller's [`Workers`]. Results are merged in the order of the list: the
 //! number of threads does not change a bit.
 
+mod listeners;
+
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
@@ -10,7 +12,7 @@ use glam::{DVec3, Vec3};
 use crate::error::Result;
 use crate::propagation::diffraction::{MAX_DIRECT_EDGES, MAX_REFLECTED_EDGE_PATHS};
 use crate::propagation::diffuse::{ListenerField, SceneField, VisibilityCells};
-use crate::propagation::image_source::discovery_history::DiscoveryHistory;
+use crate::propagation::image_source::discovery_history::{DiscoveryHistory, MAX_AGE};
 use crate::propagation::image_source::expansion::{MAX_CANDIDATES, expand};
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
@@ -36,6 +38,9 @@ const SHARES: usize = 16;
 const SAMPLES_PER_RAY: usize = 4;
 const MAX_SAMPLES: usize = 512;
 
+/// Most listeners of a propagator.
+const MAX_LISTENERS: usize = 16;
+
 /// Updates without motion of an instance after which the late field is traced anew: less than a cycle of rotations.
 const UPDATES_AT_REST: u64 = 4;
 
@@ -55,6 +60,17 @@ impl GuideShare {
         let (prefixes, found) = (&mut self.prefixes, &mut self.found);
         self.rays = rays.trace_with(prefixes, scene, range, |sequence| found.push(sequence));
     }
+}
+
+/// What depends on the listener, while it is the turn of others.
+#[derive(Debug, Default)]
+struct ListenerState {
+    cells: VisibilityCells,
+    field: ListenerField,
+    predicted: Vec<PredictedPosition>,
+    history: DiscoveryHistory,
+    /// Sequences that its guide rays hit in its last turn.
+    found: Vec<Sequence>,
 }
 
 /// Computes path sets of one scene. One thread owns it and makes one call at a time.
@@ -103,6 +119,13 @@ pub struct Propagator {
     active_settings: PropagationSettings,
     quality: PropagationQuality,
     update: u64,
+    /// Chooses rotations: with several listeners the same for all.
+    round: u64,
+    /// Whether an update has had this number.
+    is_round_begun: bool,
+    /// The listener whose turn it is, and the state of all, by index; with one listener empty.
+    listener: usize,
+    listeners: Vec<ListenerState>,
     /// Directions before rotation.
     guide_directions: Vec<Vec3>,
     /// Those of updates with fewer guide rays.
@@ -154,6 +177,10 @@ impl Propagator {
             active_settings: settings,
             quality: PropagationQuality::full(&settings),
             update: 0,
+            round: 0,
+            is_round_begun: false,
+            listener: 0,
+            listeners: Vec::new(),
             guide_directions: lattice(count),
             few_directions: Vec::new(),
             source_directions: lattice(settings.source_rays),
@@ -242,6 +269,7 @@ impl Propagator {
         let mut set = PathSet::default();
         for _ in 0..ROTATIONS {
             self.update(listener, sources, 0.0, &mut set);
+            self.round += 1;
         }
     }
 
@@ -271,6 +299,11 @@ impl Propagator {
         }
         self.revision.begin_update(self.update);
         let scene_state = self.revision.current();
+        let listeners = self.listeners.len().max(1) as u64;
+        self.is_round_begun = true;
+        if listeners == 1 {
+            self.round = self.update;
+        }
         self.arrange_tasks(sources);
         while self.scratch.len() < workers.count() {
             self.scratch.push(Scratch::new(&self.settings));
@@ -291,6 +324,9 @@ impl Propagator {
             self.field_of = Some(scene_state);
             self.field.renew(scene, &mut cell_rays);
             self.listener_field.invalidate();
+            for other in &mut self.listeners {
+                other.field.invalidate();
+            }
             for there in &mut self.predicted {
                 there.field.invalidate();
             }
@@ -298,14 +334,17 @@ impl Propagator {
         let scope = std::mem::take(&mut self.scope);
         let depth = scope.depth(self.active_settings.depth);
         let most = self.guide_directions.len() as u32;
-        let guide_directions = match scope.guide_rays.filter(|count| *count < most) {
-            Some(count) => {
+        // Listeners share the guide rays.
+        let share = most.div_ceil(listeners as u32);
+        let count = scope.guide_rays.map_or(share, |count| count.min(share));
+        let guide_directions = match count < most {
+            true => {
                 if self.few_directions.len() != count as usize {
                     fill_lattice(&mut self.few_directions, count);
                 }
                 &self.few_directions
             }
-            None => &self.guide_directions,
+            false => &self.guide_directions,
         };
         let field = &self.field;
         if !scope.skips_late {
@@ -326,6 +365,8 @@ impl Propagator {
             settings: &self.active_settings,
             quality: &self.quality,
             update: self.update,
+            round: self.round,
+            listeners,
             scene_state,
             poses_since: self.revision.poses_since(),
             fixed_since: self.revision.fixed_since(),
@@ -342,7 +383,7 @@ impl Propagator {
         };
         let guide_rays = GuideRays {
             origin: ear,
-            rotation: rotation(self.update, self.active_settings.seed),
+            rotation: rotation(self.round, self.active_settings.seed),
             directions: guide_directions,
             depth,
         };
@@ -357,14 +398,24 @@ impl Propagator {
         for sequence in self.shares.iter().flat_map(|share| &share.found) {
             self.guide.insert(*sequence);
         }
+        share_discoveries(
+            (scene, depth),
+            self.listener,
+            &mut self.listeners,
+            &mut self.guide,
+        );
         let most = scope.max_candidates.unwrap_or(MAX_CANDIDATES);
         let limit = match self.nearby_m {
             Some(_) => DiscoveryHistory::CAPACITY,
             None => most,
         };
-        self.history
-            .merge(scene, self.update, (limit, depth), &mut self.guide);
-        expand(scene, self.update, (depth, most), &mut self.guide);
+        self.history.merge(
+            scene,
+            (self.update, listeners * MAX_AGE),
+            (limit, depth),
+            &mut self.guide,
+        );
+        expand(scene, self.round, (depth, most), &mut self.guide);
         let sequences = self.guide.entries();
         self.source_positions.clear();
         let position = |source: &SourcePose| scene.to_local(source.position);
@@ -417,6 +468,9 @@ impl Propagator {
             });
             self.tasks[free].reset(pose.id);
             self.tasks.swap(index, free);
+        }
+        for task in &mut self.tasks {
+            task.select_listener(self.listener, &self.settings);
         }
         for task in &mut self.tasks[sources.len()..] {
             task.is_idle = true;
@@ -495,4 +549,26 @@ fn collect_sorted(
 /// Range of share `index` of `count` items.
 fn share_range(index: usize, count: usize) -> std::ops::Range<usize> {
     index * count / SHARES..(index + 1) * count / SHARES
+}
+
+/// Keeps what the guide rays of a listener's turn hit, and adds what those of the others hit in their last turns.
+fn share_discoveries(
+    (scene, depth): (&Scene, usize),
+    listener: usize,
+    listeners: &mut [ListenerState],
+    guide: &mut SequenceSet,
+) {
+    let Some(own) = listeners.get_mut(listener) else {
+        return;
+    };
+    own.found.clear();
+    own.found.extend_from_slice(guide.entries());
+    for (index, other) in listeners.iter().enumerate() {
+        if index == listener {
+            continue;
+        }
+        for sequence in other.found.iter().filter(|found| found.len() <= depth) {
+            guide.insert(sequence.renewed(scene));
+        }
+    }
 }

@@ -1,6 +1,9 @@
 //! One source's part of an update: source rays, direct and diffracted paths, validation of reflections. Depends on no other
 //! source: sources are spread over threads.
 
+mod listener_part;
+mod state;
+
 use glam::{DVec3, Vec3};
 
 use super::amplitude;
@@ -26,6 +29,7 @@ use crate::propagation::rays::directions::{ROTATIONS, rotation};
 use crate::propagation::update_scope::UpdateScope;
 use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
+use listener_part::ListenerPart;
 
 /// Most rotations that a moving source recasts in one update: as many as a source at rest. A walking source leaves one of its
 /// ray origins every hundredth of a second.
@@ -68,6 +72,10 @@ pub(super) struct UpdateContext<'a> {
     pub(super) settings: &'a PropagationSettings,
     pub(super) quality: &'a PropagationQuality,
     pub(super) update: u64,
+    /// Number of the round in which each listener has its turn, which chooses rotations: of one listener the update's.
+    pub(super) round: u64,
+    /// Number of listeners.
+    pub(super) listeners: u64,
     /// See [`SourceRays::scene_state`], [`SourceRays::poses_since`] and [`SourceRays::fixed_since`].
     pub(super) scene_state: u64,
     pub(super) poses_since: u64,
@@ -125,7 +133,8 @@ impl Scratch {
     }
 }
 
-/// State of one source between updates, and its results in the last one. Aligned to two cache lines: threads write to
+/// State of one source between updates, and its results in the last one. With several listeners the state of the one whose turn it
+/// is; rays are common to all. Aligned to two cache lines: threads write to
 /// neighbouring ones.
 #[derive(Debug)]
 #[repr(align(128))]
@@ -137,6 +146,12 @@ pub(super) struct SourceTask {
     pub(super) is_idle: bool,
     /// Whether it is searched for in this update.
     is_searched: bool,
+    /// The listener whose turn it is, and the state of the others, by index.
+    listener: usize,
+    parts: Vec<ListenerPart>,
+    /// The last round in which its rays were cast, and whether the source moved then; the last in which it was put elsewhere.
+    cast_in: Option<(u64, bool)>,
+    jumped_in: Option<u64>,
     /// Rotations that are still to be cast since it was put elsewhere.
     missing_rotations: usize,
     late: LateEstimator,
@@ -159,43 +174,6 @@ pub(super) struct SourceTask {
 }
 
 impl SourceTask {
-    pub(super) fn new(id: SourceId, settings: &PropagationSettings) -> Self {
-        Self {
-            id,
-            last_position: None,
-            is_idle: false,
-            is_searched: false,
-            missing_rotations: 0,
-            late: LateEstimator::default(),
-            cache: ValidCache::with_capacity(settings.cache_capacity),
-            occluders: OccluderCache::default(),
-            rotation: None,
-            paths: Vec::with_capacity(INITIAL_PATHS),
-            nearby: Vec::new(),
-            line_edges: DiffractingEdges::default(),
-            near_edges: NearEdges::default(),
-            late_energy: None,
-            predicted_late: Vec::new(),
-            rays: 0,
-        }
-    }
-
-    /// Whether the state is of this source.
-    pub(super) fn belongs_to(&self, id: SourceId) -> bool {
-        self.id == id && !self.is_idle
-    }
-
-    /// Resets the task for another source; keeps the memory.
-    pub(super) fn reset(&mut self, id: SourceId) {
-        self.id = id;
-        self.last_position = None;
-        self.is_idle = false;
-        self.late = LateEstimator::default();
-        self.late_energy = None;
-        self.missing_rotations = 0;
-        self.cache.clear();
-    }
-
     /// First half of an update, independent of the guide rays: source rays, direct path and diffracted ones. `index` is the
     /// source's position in the list of sources.
     pub(super) fn trace(
@@ -208,16 +186,14 @@ impl SourceTask {
         self.rays = 0;
         self.is_searched = self.late_energy.is_none() || context.scope.has_source(self.id);
         if context.scope.jumped.contains(&self.id) {
-            self.late = LateEstimator::default();
-            self.missing_rotations = ROTATIONS as usize;
-            self.last_position = None;
+            self.drop_rays(context.round);
         }
         let slot = pose.id.slot() as u64;
         let turn = match self.late_energy {
             // A new source is due at once.
-            None => Some(context.update),
+            None => Some(context.round),
             Some(_) if context.scope.skips_late => None,
-            Some(_) => context.quality.late_turn(context.update, slot),
+            Some(_) => context.quality.late_turn(context.round, slot),
         };
         self.rotation = turn.map(|turn| turn % ROTATIONS);
         match turn {
@@ -290,10 +266,20 @@ impl SourceTask {
         } = *context;
         let position = scene.to_local(pose.position);
         let last = self.last_position.replace(position);
-        let moves = last.is_some_and(|last| last != position);
+        // Another listener's turn of this round has cast the rays.
+        let cast = self
+            .cast_in
+            .filter(|(round, _)| *round == context.round && context.listeners > 1);
+        let is_cast = cast.is_some() && last == Some(position);
+        let moves = match cast {
+            Some((_, moves)) if is_cast => moves,
+            _ => last.is_some_and(|last| last != position),
+        };
+        self.cast_in = Some((context.round, moves));
         let is_audible = pose.settings.effects.late;
         let missing = self.missing_rotations;
         self.missing_rotations = match context.nearby_m {
+            _ if is_cast => missing,
             Some(_) => 0,
             None => missing.saturating_sub(CAST_AFTER_JUMP),
         };
@@ -324,7 +310,7 @@ impl SourceTask {
                         fixed_since: context.fixed_since,
                     };
                     let is_new = self.late.cast_rays(scene, &source_rays, scratch, rays);
-                    left -= usize::from(is_new || !moves);
+                    left -= usize::from(is_new || !moves || is_cast);
                     if left == 0 {
                         break;
                     }
@@ -379,7 +365,10 @@ impl SourceTask {
             self.add_paths_for_missing_reflections(&query);
             keep_loudest(&mut self.nearby);
         }
-        let max_age = update.settings.cache_updates;
+        let max_age = update
+            .settings
+            .cache_updates
+            .saturating_mul(update.listeners);
         self.cache.end_update(update.update, max_age);
     }
 

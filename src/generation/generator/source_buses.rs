@@ -4,11 +4,11 @@
 //! Audio side; wait-free. The same delay lines, voices and networks as in [`Generator::render`] in another order: a source's
 //! whole block is written and its voices are rendered before the next source's. Voices are sorted by source, so those of one
 //! are contiguous, and each source has buses of its own. The delay lines are longer by a block: the reverb reads them
-//! afterwards. The sum of all buffers is the output of [`Generator::render`] before the limiter, up to rounding.
+//! afterwards. With several listeners a
+//! source's buffer has its sound at all of them. The sum of all buffers is the output of [`Generator::render`] before the limiter, up to rounding.
 
-use super::{Generator, MAX_BLOCK};
+use super::{Generator, MAX_BLOCK, MAX_SAMPLE};
 use crate::generation::BlockReport;
-use crate::generation::ramp::Chunks;
 
 impl Generator {
     /// Writes a source's input of a block and adds its voices to `output`. Each slot at most once a block, all blocks of the
@@ -20,12 +20,12 @@ impl Generator {
         if slot >= self.lines.len() || self.signals != 1 {
             return;
         }
-        for (start, chunk) in Chunks::new(self.now, self.left, frames) {
-            self.write_sources(slot, &[input], start, chunk);
-            let part = &mut output[channels * start..channels * (start + chunk.frames)];
-            let last_stage = self.last_stage.as_mut().filter(|stage| !stage.is_over());
-            for stage in [Some(&mut self.stage), last_stage].into_iter().flatten() {
-                stage.render_slot(slot, &self.lines, chunk, (&mut *part, channels));
+        for chunk in self.chunks(frames) {
+            self.write_sources(slot, &[input], &chunk);
+            let part = channels * chunk.start..channels * (chunk.start + chunk.frames);
+            for (listener, own) in self.outputs.iter_mut().enumerate() {
+                let part = &mut output[part.clone()];
+                own.render_slot(slot, &self.lines, chunk.span(listener), part, channels);
             }
         }
         self.silence_non_finite(output);
@@ -47,31 +47,21 @@ impl Generator {
             let input = inputs.get(slot).copied().unwrap_or_default();
             self.render_slot(slot, input, output);
         }
-        self.stage.end_slots();
-        if let Some(last) = &mut self.last_stage {
-            last.end_slots();
+        for own in &mut self.outputs {
+            own.end_slots();
         }
-        for (start, chunk) in Chunks::new(self.now, self.left, frames) {
-            let part = &mut output[channels * start..channels * (start + chunk.frames)];
-            let mut last_stage = self.last_stage.as_mut().filter(|stage| !stage.is_over());
-            if let Some(reverb) = &mut self.late {
-                for (slot, line) in self.lines.iter().enumerate() {
-                    reverb.collect(slot, line, chunk);
-                }
-                let waves = reverb.process(chunk.left, chunk.frames);
-                self.stage.add_waves(chunk, waves);
-                if let Some(last) = &mut last_stage {
-                    last.add_waves(chunk, waves);
-                }
+        for chunk in self.chunks(frames) {
+            let part = channels * chunk.start..channels * (chunk.start + chunk.frames);
+            for (listener, own) in self.outputs.iter_mut().enumerate() {
+                let part = &mut output[part.clone()];
+                own.render_reverb(&self.lines, chunk.span(listener), part, channels);
             }
-            self.stage.finish_waves(part, channels);
-            if let Some(last) = last_stage {
-                last.finish_waves(part, channels);
-            }
-            self.advance(chunk);
+            self.advance(&chunk);
         }
         self.silence_non_finite(output);
-        self.add_bed(bed, output);
+        if let Some(first) = self.outputs.first_mut() {
+            first.add_bed(bed, MAX_SAMPLE, output, channels);
+        }
         self.take_report(frames)
     }
 }

@@ -45,7 +45,7 @@ use glam::{DVec3, Vec3};
 use crate::propagation::diffuse::cached_rays::{CachedRays, Validity};
 use crate::propagation::diffuse::deposits::DepositSums;
 use crate::propagation::diffuse::envelope::{ArrivalHistogram, STEPS_PER_FREE_TIME};
-use crate::propagation::diffuse::next_event::SecondarySources;
+use crate::propagation::diffuse::next_event::{SecondarySources, SourceView};
 use crate::propagation::diffuse::trace::TraceBuffers;
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
@@ -103,6 +103,15 @@ struct EstimateKey {
     /// Position and scene revision of the listener's field.
     listener: Option<(Vec3, u64)>,
     renewals: u64,
+    /// See [`LateEstimator::version`].
+    version: u64,
+}
+
+/// What one of several listeners has of an estimate, while it is the turn of others.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct ListenerView {
+    rotations: Vec<SourceView>,
+    latest: Option<(EstimateKey, LateEnergy)>,
 }
 
 /// Running estimate of one source's late field.
@@ -115,6 +124,8 @@ pub struct LateEstimator {
     weights: [f32; ROTATIONS as usize],
     /// Whether a rotation has results that are not in `deposits`.
     has_new_rays: bool,
+    /// Increases whenever `deposits` change.
+    version: u64,
     /// The latest estimate and what it holds for.
     latest: Option<(EstimateKey, LateEnergy)>,
     /// The latest position of the source, local coordinates.
@@ -132,6 +143,7 @@ impl Default for LateEstimator {
             deposits: DepositSums::default(),
             weights: [0.0; ROTATIONS as usize],
             has_new_rays: false,
+            version: 0,
             latest: None,
             source: DVec3::ZERO,
             nearest_s: 0.0,
@@ -212,6 +224,26 @@ impl LateEstimator {
         }
     }
 
+    /// Keeps what the present listener sees, for its next turn.
+    pub(crate) fn store_view(&self, view: &mut ListenerView) {
+        view.rotations
+            .resize(self.entries.len(), SourceView::default());
+        for (entry, view) in self.entries.iter().zip(&mut view.rotations) {
+            entry.secondary.store_view(view);
+        }
+        view.latest = self.latest;
+    }
+
+    /// Goes on with what another listener saw.
+    pub(crate) fn load_view(&mut self, view: &ListenerView) {
+        let nothing = SourceView::default();
+        for (index, entry) in self.entries.iter_mut().enumerate() {
+            let view = view.rotations.get(index).unwrap_or(&nothing);
+            entry.secondary.load_view(view);
+        }
+        self.latest = view.latest;
+    }
+
     /// The estimate over all rotations, for the latest listener, whose field is `listener`.
     pub fn estimate(
         &mut self,
@@ -227,13 +259,14 @@ impl LateEstimator {
             mean_free_time_s: STEPS_PER_FREE_TIME * field.step_s,
             ..LateEnergy::silent(source)
         };
-        let has_new_rays = self.sum_deposits();
+        self.version += u64::from(self.sum_deposits());
         let key = EstimateKey {
             source: self.source,
             listener: listener.of,
             renewals: field.renewals,
+            version: self.version,
         };
-        let is_known = |(of, _): &(EstimateKey, LateEnergy)| *of == key && !has_new_rays;
+        let is_known = |(of, _): &(EstimateKey, LateEnergy)| *of == key;
         if let Some((_, estimate)) = self.latest.filter(is_known) {
             return estimate;
         }

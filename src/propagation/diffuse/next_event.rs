@@ -53,6 +53,19 @@ struct SecondarySource {
     is_visible: bool,
 }
 
+/// What one of several listeners sees of the secondary sources of a rotation.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct SourceView {
+    /// Of the sources it is about.
+    selection: u64,
+    /// One bit a source.
+    is_visible: u64,
+    viewpoints: [Option<Vec3>; GROUPS_PER_ROTATION],
+}
+
+// A bit each.
+const _: () = assert!(SHADOW_RAYS <= u64::BITS as usize);
+
 /// The secondary sources of a rotation in [`GROUPS_PER_ROTATION`] interleaved groups, and the groups' viewpoints.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SecondarySources {
@@ -60,6 +73,8 @@ pub(crate) struct SecondarySources {
     /// Indices of the visible ones.
     visible: Vec<u32>,
     viewpoints: [Option<Vec3>; GROUPS_PER_ROTATION],
+    /// Increases with every selection, and whenever visibility has to be tested anew.
+    selection: u64,
     /// Energy at the scene's patches.
     pub(crate) deposits: Deposits,
 }
@@ -83,6 +98,34 @@ impl SecondarySources {
     /// Makes the next [`Self::test_visibility`] test all sources.
     pub(crate) fn invalidate_visibility(&mut self) {
         self.viewpoints = [None; GROUPS_PER_ROTATION];
+        self.selection += 1;
+    }
+
+    /// Keeps what the present listener sees, for its next turn.
+    pub(crate) fn store_view(&self, view: &mut SourceView) {
+        view.selection = self.selection;
+        view.viewpoints = self.viewpoints;
+        view.is_visible = 0;
+        for index in &self.visible {
+            view.is_visible |= 1 << *index;
+        }
+    }
+
+    /// Goes on with what another listener saw, as far as it is still about these sources.
+    pub(crate) fn load_view(&mut self, view: &SourceView) {
+        let is_known = view.selection == self.selection;
+        let (bits, viewpoints) = match is_known {
+            true => (view.is_visible, view.viewpoints),
+            false => (0, [None; GROUPS_PER_ROTATION]),
+        };
+        self.viewpoints = viewpoints;
+        self.visible.clear();
+        for (index, source) in (0..).zip(&mut self.sources) {
+            source.is_visible = bits >> index & 1 == 1;
+            if source.is_visible {
+                self.visible.push(index);
+            }
+        }
     }
 
     /// Selects among the bounces within the depth of discrete paths and beyond. Adds the rays cast to `rays`.

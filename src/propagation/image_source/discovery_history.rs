@@ -10,8 +10,8 @@ use crate::propagation::rays::directions::ROTATIONS;
 use crate::scene::Scene;
 use crate::simd::prefetch;
 
-/// Updates for which a sequence is kept after rays hit it: four times the number of rotations.
-const MAX_AGE: u64 = 4 * ROTATIONS;
+/// Updates of a listener for which a sequence is kept after rays hit it: four times the number of rotations.
+pub(crate) const MAX_AGE: u64 = 4 * ROTATIONS;
 
 /// Entries: those that are kept, and as many that one update may add before it drops others.
 const ENTRIES: usize = 2 * DiscoveryHistory::CAPACITY;
@@ -65,11 +65,11 @@ impl DiscoveryHistory {
     pub const CAPACITY: usize = 4096;
 
     /// Stores the sequences of `guide`, which rays hit in this update, and appends those of earlier ones, up to `depth`
-    /// surfaces, while it has fewer than `limit`.
+    /// surfaces, while it has fewer than `limit`. A sequence is kept for `max_age` updates.
     pub fn merge(
         &mut self,
         scene: &Scene,
-        update: u64,
+        (update, max_age): (u64, u64),
         (limit, depth): (usize, usize),
         guide: &mut SequenceSet,
     ) {
@@ -97,7 +97,7 @@ impl DiscoveryHistory {
             if last_met == update {
                 continue;
             }
-            if update - last_met < MAX_AGE && self.next.len() < Self::CAPACITY {
+            if update - last_met < max_age && self.next.len() < Self::CAPACITY {
                 self.next.push(entry);
             } else {
                 self.remove(entry);
@@ -228,7 +228,7 @@ mod tests {
                 .chain(young.copied())
                 .take(DiscoveryHistory::CAPACITY)
                 .collect();
-            history.merge(&scene, update, (most, MAX_ORDER), &mut guide);
+            history.merge(&scene, (update, MAX_AGE), (most, MAX_ORDER), &mut guide);
             assert!(guide.entries() == expected, "update {update}");
         }
         assert!(plain.len() < 800, "old entries are dropped");

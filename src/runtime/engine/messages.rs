@@ -38,6 +38,8 @@ pub(super) struct SourceRoute {
 #[derive(Debug, Default)]
 pub(super) struct AudioFrame {
     pub(super) listener: ListenerPose,
+    /// Poses of further listeners.
+    pub(super) others: Vec<ListenerPose>,
     /// Poses of the generator's slots.
     pub(super) sources: Vec<SourcePose>,
     /// Poses of all instances.
@@ -52,8 +54,9 @@ pub(super) struct AudioFrame {
 }
 
 impl AudioFrame {
-    pub(super) fn with_capacity(sources: usize, slots: usize) -> Self {
+    pub(super) fn with_capacity(sources: usize, slots: usize, listeners: usize) -> Self {
         Self {
+            others: vec![ListenerPose::default(); listeners - 1],
             sources: Vec::with_capacity(slots),
             routes: Vec::with_capacity(sources),
             ..Self::default()
@@ -65,6 +68,8 @@ impl AudioFrame {
 #[derive(Debug)]
 pub(super) struct WorldFrame {
     pub(super) listener: ListenerPose,
+    /// Further listeners, and their positions as `recent`.
+    pub(super) others: Vec<(ListenerPose, PoseHistory)>,
     pub(super) sources: Vec<SourcePose>,
     /// The scene with all its instances, at their poses when one was last added or removed.
     pub(super) scene: Arc<Scene>,
@@ -99,6 +104,31 @@ pub(super) struct UpdateMessage {
     pub(super) scenes: Option<ScenePair>,
     /// Another predictor, used from this update on.
     pub(super) predictor: Option<PredictorState>,
+    /// The same for further listeners.
+    pub(super) others: Vec<ListenerUpdate>,
+}
+
+/// What an update has for a further listener.
+#[derive(Default)]
+pub(super) struct ListenerUpdate {
+    pub(super) paths: PathSet,
+    pub(super) prepared: PreparedUpdate,
+    pub(super) extrapolator: Option<Box<Extrapolator>>,
+    pub(super) scenes: Option<ScenePair>,
+    pub(super) predictor: Option<PredictorState>,
+}
+
+impl ListenerUpdate {
+    /// Takes over what came with an update that nobody took.
+    pub(super) fn take_missed(&mut self, missed: &mut Self) {
+        if self.extrapolator.is_none() {
+            self.extrapolator = missed.extrapolator.take();
+            self.scenes = self.scenes.take().or_else(|| missed.scenes.take());
+        }
+        if self.predictor.is_none() {
+            self.predictor = missed.predictor.take();
+        }
+    }
 }
 
 impl UpdateMessage {
@@ -108,11 +138,11 @@ impl UpdateMessage {
     }
 }
 
-/// Another output for the renderer: voices, plane waves and buses of a layout or HRTF set. The old one travels back in the
-/// same box when it is silent.
+/// Another output for the renderer: voices, plane waves and buses of a layout or HRTF set, for each listener. The old ones travel
+/// back in the same box when they are silent.
 #[derive(Default)]
 pub(super) struct OutputChange {
-    pub(super) stage: Option<Box<OutputStage>>,
+    pub(super) stages: Vec<Box<OutputStage>>,
 }
 
 /// New samples of a source.

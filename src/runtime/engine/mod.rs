@@ -78,7 +78,7 @@ use messages::AudioFrame;
 use renderer::RendererParts;
 use statistics::Metrics;
 use virtual_clock::VirtualArrivals;
-use worker::{PendingPropagator, Worker, extrapolator_for};
+use worker::{OtherListener, PendingPropagator, Worker, extrapolator_for};
 
 /// Capacity of the ring of sample sources; beyond it the controller keeps the newest per source.
 const CHANGES_AHEAD: usize = 64;
@@ -125,9 +125,12 @@ impl Engine {
         let [app, propagation, sound] = [Track::App, Track::Propagation, Track::Sound]
             .map(|track| spans(track, settings.trace_spans, epoch));
         let scene = Arc::new(open_air()?);
-        let propagator = Box::new(Propagator::new(scene, settings.propagation)?);
+        let listeners = settings.generation.listeners;
+        let mut propagator = Box::new(Propagator::new(scene, settings.propagation)?);
+        propagator.set_listener_count(listeners);
         let room = [settings.max_paths, slots];
-        let extrapolator = extrapolator_for(&propagator, settings.predictor, room);
+        let extrapolator = |_| extrapolator_for(&propagator, settings.predictor, room);
+        let extrapolators = (0..listeners).map(extrapolator).collect();
         let generator = Generator::new(settings.generation.clone(), hrtf)?;
         let metrics = Arc::new(Metrics::default());
         let (frame_sender, frames) = newest();
@@ -168,22 +171,23 @@ impl Engine {
             virtual_arrivals: clock.map(VirtualArrivals::new),
             propagator,
             pipeline: UpdatePipeline::default(),
+            others: (1..listeners).map(|_| OtherListener::default()).collect(),
             timing: UpdateTiming::default(),
         };
-        let renderer = Renderer::new(RendererParts {
+        let parts = RendererParts {
             frames,
             updates: deliveries,
             outputs,
             source_changes: feeds,
             retired,
-            frame: Box::new(AudioFrame::with_capacity(sources, slots)),
-            extrapolator,
+            frame: Box::new(AudioFrame::with_capacity(sources, slots, listeners)),
             generator,
             numbers,
             spans: sound.0,
             metrics: Arc::clone(&metrics),
             settings: settings.clone(),
-        });
+        };
+        let renderer = Renderer::new(parts, extrapolators);
         let channels = Channels {
             frames: frame_sender,
             world: world_sender,

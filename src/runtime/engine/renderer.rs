@@ -7,6 +7,7 @@
 mod frame;
 mod source_buses;
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -70,7 +71,6 @@ pub(super) struct RendererParts {
     pub(super) retired: rtrb::Producer<SampleSource>,
     /// The graphics frame in use.
     pub(super) frame: Box<AudioFrame>,
-    pub(super) extrapolator: Box<Extrapolator>,
     pub(super) generator: Generator,
     pub(super) numbers: FrameSender,
     pub(super) spans: SpanWriter,
@@ -78,11 +78,29 @@ pub(super) struct RendererParts {
     pub(super) settings: EngineSettings,
 }
 
+/// A listener's part of a graphics frame.
+struct ListenerFrame {
+    extrapolator: Box<Extrapolator>,
+    paths: FramePaths,
+    /// Whether its extrapolation is complete, and the number of its paths prepared for generation.
+    is_extrapolated: bool,
+    prepared: usize,
+    /// Paths of the last frame without a started voice.
+    waiting_voices: usize,
+}
+
+impl ListenerFrame {
+    fn is_prepared(&self) -> bool {
+        self.is_extrapolated && self.prepared == self.paths.paths.len()
+    }
+}
+
 /// The audio half of an engine. Belongs to the audio thread.
 pub struct Renderer {
     parts: RendererParts,
     mixer: Mixer,
-    frame_paths: FramePaths,
+    /// By listener.
+    frames: Vec<ListenerFrame>,
     clock: FrameClock,
     /// Gain of each reflection order, moving towards `target_order_gain`.
     order_gain: [f32; MAX_ORDER + 1],
@@ -94,13 +112,8 @@ pub struct Renderer {
     pacing: BlockPacing,
     /// Carries the last output back when it has faded out.
     output_change: Option<Box<OutputChange>>,
-    /// Whether a graphics frame is in progress, and whether its extrapolation is complete.
+    /// Whether a graphics frame is in progress.
     frame_in_progress: bool,
-    is_extrapolated: bool,
-    /// Number of its paths prepared for generation.
-    prepared: usize,
-    /// Paths of the last frame without a started voice.
-    waiting_voices: usize,
     /// Voices of the last block.
     voices: u32,
     /// Length of the frame in progress, in seconds.
@@ -144,16 +157,24 @@ impl SourceBlock {
 }
 
 impl Renderer {
-    pub(super) fn new(parts: RendererParts) -> Self {
+    /// With an extrapolator for each listener.
+    pub(super) fn new(parts: RendererParts, extrapolators: Vec<Box<Extrapolator>>) -> Self {
         let settings = &parts.settings;
         let (sources, slots) = (settings.source_limit(), settings.generation.max_sources);
-        let mut frame_paths = FramePaths::default();
-        let paths = settings.max_frame_paths();
-        frame_paths.paths.reserve(paths);
-        frame_paths.obstructions.reserve(slots);
-        frame_paths
-            .late
-            .reserve(slots * LATE_SEGMENTS * LATE_GROUPS);
+        let max_paths = settings.max_frame_paths();
+        let frame = |extrapolator| {
+            let mut paths = FramePaths::default();
+            paths.paths.reserve(max_paths);
+            paths.obstructions.reserve(slots);
+            paths.late.reserve(slots * LATE_SEGMENTS * LATE_GROUPS);
+            ListenerFrame {
+                extrapolator,
+                paths,
+                is_extrapolated: false,
+                prepared: 0,
+                waiting_voices: 0,
+            }
+        };
         Self {
             mixer: Mixer::new(
                 sources,
@@ -162,7 +183,7 @@ impl Renderer {
                 settings.generation.rate_hz,
             ),
             clock: FrameClock::new(settings.frame_time),
-            frame_paths,
+            frames: extrapolators.into_iter().map(frame).collect(),
             order_gain: [1.0; MAX_ORDER + 1],
             target_order_gain: [1.0; MAX_ORDER + 1],
             core_share: 0.0,
@@ -173,9 +194,6 @@ impl Renderer {
             ),
             output_change: None,
             frame_in_progress: false,
-            is_extrapolated: false,
-            prepared: 0,
-            waiting_voices: 0,
             voices: 0,
             frame_s: 0.0,
             elapsed: [Duration::ZERO; 2],
@@ -227,18 +245,42 @@ impl Renderer {
     /// # }
     /// ```
     pub fn render(&mut self, output: &mut [f32]) -> RenderReport {
+        let whole = output.len() / self.channels() * self.channels();
+        let (whole, rest) = output.split_at_mut(whole);
+        rest.fill(0.0);
+        self.render_all(whole, 1)
+    }
+
+    /// Number of listeners; constant.
+    pub fn listeners(&self) -> usize {
+        self.frames.len()
+    }
+
+    /// [`Self::render`] with an output for each listener, one after the other in `output`: each has the same number of
+    /// interleaved frames of [`Self::channels`], and its own limiter. [`Self::render`] gives their mix, for listeners at one
+    /// pair of loudspeakers. Samples that do not fill a frame of every listener are silent. Wait-free; audio thread.
+    pub fn render_listeners(&mut self, output: &mut [f32]) -> RenderReport {
+        let all = self.listeners() * self.channels();
+        let whole = output.len() / all * all;
+        let (whole, rest) = output.split_at_mut(whole);
+        rest.fill(0.0);
+        self.render_all(whole, self.listeners())
+    }
+
+    /// Fills so many outputs, one after the other.
+    fn render_all(&mut self, output: &mut [f32], count: usize) -> RenderReport {
         let _flush = FlushToZero::begin();
         self.end_open_block();
         let started = now();
         let mut report = RenderReport::default();
         self.take_source_changes();
-        let channels = self.channels();
-        let whole = output.len() / channels * channels;
-        let (whole, rest) = output.split_at_mut(whole);
-        rest.fill(0.0);
-        for chunk in whole.chunks_mut(channels * self.parts.settings.block_frames) {
-            self.advance_frame(chunk.len() / channels, &mut report);
-            self.render_block(chunk, &mut report);
+        let frames = output.len() / count / self.channels();
+        let mut start = 0;
+        while start < frames {
+            let end = frames.min(start + self.parts.settings.block_frames);
+            self.advance_frame(end - start, &mut report);
+            self.render_block((&mut *output, count), start..end, &mut report);
+            start = end;
         }
         self.return_output();
         self.complete(&mut report, started, started.elapsed());
@@ -302,28 +344,37 @@ impl Renderer {
         let Some(mut change) = self.parts.outputs.take() else {
             return;
         };
-        if let Some(stage) = change.stage.take() {
-            generator.change_stage(stage);
-        }
+        generator.change_stages(&mut change.stages);
         self.output_change = Some(change);
     }
 
     /// Returns the last output after its fade.
     fn return_output(&mut self) {
-        let Some(stage) = self.parts.generator.take_retired_stage() else {
+        let Some(change) = &mut self.output_change else {
             return;
         };
-        if let Some(mut change) = self.output_change.take() {
-            change.stage = Some(stage);
+        let generator = &mut self.parts.generator;
+        if generator.take_retired_stages(&mut change.stages)
+            && let Some(change) = self.output_change.take()
+        {
             self.parts.outputs.give_back(change);
         }
     }
 
-    fn render_block(&mut self, output: &mut [f32], report: &mut RenderReport) {
-        let frames = output.len() / self.channels();
+    fn render_block(
+        &mut self,
+        (output, count): (&mut [f32], usize),
+        range: Range<usize>,
+        report: &mut RenderReport,
+    ) {
+        let (channels, frames) = (self.channels(), range.len());
+        let parts = channels * range.start..channels * range.end;
+        let whole = output.len() / count;
         report.frames += frames as u32;
         if self.is_silent() {
-            output.fill(0.0);
+            for own in output.chunks_exact_mut(whole) {
+                own[parts.clone()].fill(0.0);
+            }
             return;
         }
         let started = now();
@@ -332,11 +383,16 @@ impl Renderer {
         let mut inputs: [&[f32]; MAX_SLOTS] = [&[]; MAX_SLOTS];
         let slots = self.mixer.inputs(frames, &mut inputs);
         let generator = &mut self.parts.generator;
-        let made = generator.render_with_bed(&inputs[..slots], self.mixer.bed(frames), output);
+        let bed = self.mixer.bed(frames);
+        let made = generator.render_range(&inputs[..slots], bed, (&mut *output, count), range);
         report.voices = made.voices;
         self.voices = made.voices;
         report.dropped_paths += made.dropped_paths + made.dropped_delays;
-        self.apply_pause_gain(output, self.target_pause_gain());
+        let (target, gain) = (self.target_pause_gain(), self.pause_gain);
+        for own in output.chunks_exact_mut(whole) {
+            self.pause_gain = gain;
+            self.apply_pause_gain(&mut own[parts.clone()], target);
+        }
         let elapsed = started.elapsed();
         self.parts.metrics.generation.record(elapsed);
         self.parts

@@ -163,7 +163,7 @@ impl SourceVirtualizer {
     pub(crate) fn assign(
         &mut self,
         sources: impl Iterator<Item = VirtualSource> + Clone,
-        listener: Vec3,
+        listeners: &[Vec3],
         (time_s, progress): (f64, PlaybackProgress),
         slot_poses: &mut Vec<SourcePose>,
         routes: &mut Vec<SourceRoute>,
@@ -173,11 +173,11 @@ impl SourceVirtualizer {
         for slot in &mut self.slots {
             slot.release.advance(&progress, self.release_s);
         }
-        self.update_audibility(sources.clone(), listener);
+        self.update_audibility(sources.clone(), listeners);
         self.assign_own_slots(sources.clone());
-        self.assign_shared_slots(sources.clone(), listener);
-        self.move_shared_slots(sources.clone(), listener, passed_s);
-        self.write(sources, listener, slot_poses, routes);
+        self.assign_shared_slots(sources.clone(), listeners);
+        self.move_shared_slots(sources.clone(), listeners, passed_s);
+        self.write(sources, listeners, slot_poses, routes);
         self.store_positions(slot_poses);
     }
 
@@ -185,10 +185,14 @@ impl SourceVirtualizer {
     fn update_audibility(
         &mut self,
         sources: impl Iterator<Item = VirtualSource> + Clone,
-        listener: Vec3,
+        listeners: &[Vec3],
     ) {
         let loudness = |source: &VirtualSource| match source.plays && !source.is_2d() {
-            true => energy(&source.pose, source.gain, listener),
+            // What one of several listeners hears is heard.
+            true => listeners
+                .iter()
+                .map(|listener| energy(&source.pose, source.gain, *listener))
+                .fold(0.0, f32::max),
             false => 0.0,
         };
         let all: f32 = sources.clone().map(|source| loudness(&source)).sum();
@@ -301,7 +305,7 @@ impl SourceVirtualizer {
     fn assign_shared_slots(
         &mut self,
         sources: impl Iterator<Item = VirtualSource>,
-        listener: Vec3,
+        listeners: &[Vec3],
     ) {
         for source in sources {
             let index = source.pose.id.slot();
@@ -313,7 +317,7 @@ impl SourceVirtualizer {
             let from = source.pose.position;
             let shared = self.first_shared..self.slots.len();
             let distance =
-                |slot: usize| perceptual_distance(from, self.slots[slot].position, listener);
+                |slot: usize| perceptual_distance(from, self.slots[slot].position, listeners);
             let nearest = shared
                 .clone()
                 .filter(|&slot| self.slots[slot].members > 0)
@@ -340,7 +344,7 @@ impl SourceVirtualizer {
     fn move_shared_slots(
         &mut self,
         sources: impl Iterator<Item = VirtualSource>,
-        listener: Vec3,
+        listeners: &[Vec3],
         passed_s: f64,
     ) {
         for slot in &mut self.slots {
@@ -350,7 +354,7 @@ impl SourceVirtualizer {
             let assignment = &self.assignments[source.pose.id.slot()];
             if let Some(slot) = assignment.slot.filter(|&slot| slot >= self.first_shared) {
                 let slot = &mut self.slots[slot];
-                let distance = perceptual_distance(source.pose.position, slot.position, listener);
+                let distance = perceptual_distance(source.pose.position, slot.position, listeners);
                 slot.nearest = slot.nearest.min(distance);
                 if assignment.energy > slot.loudest {
                     (slot.loudest, slot.target) = (assignment.energy, source.pose.position);
@@ -367,7 +371,7 @@ impl SourceVirtualizer {
     fn write(
         &self,
         sources: impl Iterator<Item = VirtualSource> + Clone,
-        listener: Vec3,
+        listeners: &[Vec3],
         slot_poses: &mut Vec<SourcePose>,
         routes: &mut Vec<SourceRoute>,
     ) {
@@ -379,6 +383,7 @@ impl SourceVirtualizer {
                 Some(slot) if slot >= self.first_shared => {
                     let at = self.slots[slot].position;
                     let pose = &source.pose;
+                    let listener = nearest(listeners, pose.position);
                     let curve = pose.settings.mix.distance;
                     let ratio = curve.ratio(pose.position.distance(listener), MIN_DISTANCE_M);
                     source.gain * ratio * distance_gain(pose.position, at, listener)
@@ -423,12 +428,26 @@ impl SourceVirtualizer {
 }
 
 /// Perceptual distance of two positions at the listener: angle in radians squared plus half the distance ratio in
-/// nepers squared.
-fn perceptual_distance(a: Vec3, b: Vec3, listener: Vec3) -> f32 {
-    let (a, b) = (a - listener, b - listener);
-    let turn = a.normalize_or(Vec3::NEG_Z) - b.normalize_or(Vec3::NEG_Z);
-    let ratio = (a.length().max(0.3) / b.length().max(0.3)).ln();
-    turn.length_squared() + 0.25 * ratio * ratio
+/// nepers squared. Of several listeners the largest: neighbours are so for all.
+fn perceptual_distance(a: Vec3, b: Vec3, listeners: &[Vec3]) -> f32 {
+    let distance = |listener: &Vec3| {
+        let (a, b) = (a - listener, b - listener);
+        let turn = a.normalize_or(Vec3::NEG_Z) - b.normalize_or(Vec3::NEG_Z);
+        let ratio = (a.length().max(0.3) / b.length().max(0.3)).ln();
+        turn.length_squared() + 0.25 * ratio * ratio
+    };
+    listeners.iter().map(distance).fold(0.0, f32::max)
+}
+
+/// The listener nearest to a position.
+fn nearest(listeners: &[Vec3], position: Vec3) -> Vec3 {
+    let distance = |listener: &Vec3| listener.distance_squared(position);
+    let by_distance = |a: &&Vec3, b: &&Vec3| distance(a).total_cmp(&distance(b));
+    listeners
+        .iter()
+        .min_by(by_distance)
+        .copied()
+        .unwrap_or_default()
 }
 
 /// Gain that makes a source at another position as loud as at its own.

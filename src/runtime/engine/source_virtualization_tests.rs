@@ -39,7 +39,7 @@ impl Scenario {
         };
         self.virtualizer.assign(
             sources,
-            Vec3::ZERO,
+            &[Vec3::ZERO],
             (self.time_s, progress),
             &mut self.slot_poses,
             &mut self.routes,
@@ -114,7 +114,7 @@ fn the_loudest_have_own_slots_and_others_are_near_theirs() {
         let slot = &scenario.virtualizer.slots[usize::from(scenario.slot_of(index))];
         let others = &scenario.virtualizer.slots[12..];
         let from = scenario.sources[index].pose.position;
-        let distance = |slot: &RenderSlot| perceptual_distance(from, slot.position, Vec3::ZERO);
+        let distance = |slot: &RenderSlot| perceptual_distance(from, slot.position, &[Vec3::ZERO]);
         // Within the hysteresis of the nearest.
         let nearest = others.iter().map(distance).fold(f32::MAX, f32::min);
         assert!(CLEARLY_NEARER * distance(slot) <= nearest + 1e-6);
@@ -234,8 +234,9 @@ fn a_shared_slot_jumps_when_all_its_members_jump() {
             |slot: usize| (0..64).filter(move |&n| usize::from(scenario.slot_of(n)) == slot);
         let nearest = shared.map(|slot| {
             let at = scenario.virtualizer.slots[slot].position;
-            let distance =
-                |n: usize| perceptual_distance(scenario.sources[n].pose.position, at, Vec3::ZERO);
+            let distance = |n: usize| {
+                perceptual_distance(scenario.sources[n].pose.position, at, &[Vec3::ZERO])
+            };
             members(slot).map(distance).fold(f32::MAX, f32::min)
         });
         nearest

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use super::messages::{UpdateMessage, WorldFrame};
+use super::messages::{ListenerUpdate, UpdateMessage, WorldFrame};
 use super::path_snapshot::{PathSnapshot, fill_snapshot};
 use super::statistics::{Metrics, add};
 use super::virtual_clock::VirtualArrivals;
@@ -39,6 +39,8 @@ const MAX_NEARBY_PER_SOURCE: usize = 128;
 pub(super) struct Worker {
     pub(super) propagator: Box<Propagator>,
     pub(super) pipeline: UpdatePipeline,
+    /// Further listeners.
+    pub(super) others: Vec<OtherListener>,
     pub(super) timing: UpdateTiming,
     pub(super) pending_propagator: PendingPropagator,
     pub(super) world: Receiver<WorldFrame>,
@@ -79,6 +81,15 @@ pub(super) struct Worker {
     pub(super) warms_up: bool,
     /// Set if updates arrive by a virtual clock.
     pub(super) virtual_arrivals: Option<VirtualArrivals>,
+}
+
+/// A further listener's part.
+#[derive(Default)]
+pub(super) struct OtherListener {
+    pipeline: UpdatePipeline,
+    /// See [`Worker::extrapolator`] and [`Worker::scenes`].
+    extrapolator: Option<Box<Extrapolator>>,
+    scenes: Option<ScenePair>,
 }
 
 /// An extrapolator for a propagator's scene, with memory for the greatest number of paths and sources.
@@ -123,8 +134,14 @@ impl Worker {
         let mut message = self.updates.take_blank(UpdateMessage::default);
         let started = now();
         let _section = section("foresound update");
+        self.propagator.select_listener(0);
         if std::mem::take(&mut self.warms_up) {
             self.propagator.warm_up(&world.listener, &world.sources);
+            for (index, (listener, _)) in (1..).zip(&world.others) {
+                self.propagator.select_listener(index);
+                self.propagator.warm_up(listener, &world.sources);
+            }
+            self.propagator.select_listener(0);
         }
         let predictor = world.predictor.lowered(self.quality.predictor_steps);
         let kind = match self.synchronous {
@@ -145,9 +162,10 @@ impl Worker {
             paths, prepared, ..
         } = &mut *message;
         let propagator = (&mut *self.propagator, &self.threads);
-        let trimmed = self
+        let mut trimmed = self
             .pipeline
             .update(propagator, &request, (paths, prepared));
+        trimmed += self.compute_others(&world, &request, &mut message.others);
         let elapsed = virtual_time.unwrap_or_else(|| started.elapsed());
         message.order_gain = self.quality.order_gain;
         let paths = message.paths.paths.len() as u64;
@@ -166,8 +184,15 @@ impl Worker {
         message.synchronous = self.synchronous;
         message.extrapolator = self.extrapolator.take();
         message.scenes = self.scenes.take();
-        message.predictor = (predictor != self.predictor)
-            .then(|| PredictorState::with_room(predictor, self.max_paths, self.max_sources));
+        let has_changed = predictor != self.predictor;
+        let room = [self.max_paths, self.max_sources];
+        let state = || PredictorState::with_room(predictor, room[0], room[1]);
+        message.predictor = has_changed.then(state);
+        for (update, other) in message.others.iter_mut().zip(&mut self.others) {
+            update.extrapolator = other.extrapolator.take();
+            update.scenes = other.scenes.take();
+            update.predictor = has_changed.then(state);
+        }
         self.predictor = predictor;
         self.newest = Some(world);
         self.update += 1;
@@ -179,6 +204,36 @@ impl Worker {
             .propagation_ns
             .store(latest_ns, Ordering::Relaxed);
         Some(message)
+    }
+
+    /// Computes what an update has for further listeners, as that of the first; returns the number of dropped paths.
+    fn compute_others(
+        &mut self,
+        world: &WorldFrame,
+        first: &UpdateRequest<'_>,
+        updates: &mut Vec<ListenerUpdate>,
+    ) -> usize {
+        updates.resize_with(self.others.len(), ListenerUpdate::default);
+        let mut trimmed = 0;
+        let mut others = std::mem::take(&mut self.others);
+        let each = others.iter_mut().zip(&world.others).zip(updates);
+        for (index, ((other, (listener, _)), update)) in (1..).zip(each) {
+            let kind = match self.synchronous {
+                true => UpdateKind::Whole,
+                false => other.pipeline.next_kind(&world.sources),
+            };
+            let request = UpdateRequest {
+                listener,
+                kind,
+                ..*first
+            };
+            self.propagator.select_listener(index);
+            let propagator = (&mut *self.propagator, &self.threads);
+            let results = (&mut update.paths, &mut update.prepared);
+            trimmed += other.pipeline.update(propagator, &request, results);
+        }
+        self.others = others;
+        trimmed
     }
 
     /// When an update that begins now will be in use; `None` if it is used at once, or before the first.
@@ -245,18 +300,26 @@ impl Worker {
             return false;
         };
         let before = std::mem::replace(&mut self.propagator, ordered);
+        self.propagator.set_listener_count(1 + self.others.len());
         let scene = self.propagator.scene();
         let same_scene = before.scene().same_fixed_part(scene)
             && before.settings().min_distance_m == self.propagator.settings().min_distance_m;
         if !same_scene {
             let room = [self.max_paths, self.max_sources];
-            let extrapolator = extrapolator_for(&self.propagator, self.predictor, room);
-            self.extrapolator = Some(extrapolator);
+            let extrapolator = || extrapolator_for(&self.propagator, self.predictor, room);
+            self.extrapolator = Some(extrapolator());
             self.scenes = None;
+            for other in &mut self.others {
+                other.extrapolator = Some(extrapolator());
+                other.scenes = None;
+            }
             self.governor.reset_costs();
             self.timing = UpdateTiming::default();
         } else if scene.has_instances() || before.scene().has_instances() {
             self.scenes = Some(ScenePair::of(scene));
+            for other in &mut self.others {
+                other.scenes = Some(ScenePair::of(scene));
+            }
         }
         self.base_scene = Arc::clone(scene);
         self.apply_quality();
@@ -272,6 +335,9 @@ impl Worker {
             self.base_scene = Arc::clone(&world.scene);
             *self.propagator.scene_mut() = Scene::clone(&world.scene);
             self.scenes = Some(ScenePair::of(&world.scene));
+            for other in &mut self.others {
+                other.scenes = Some(ScenePair::of(&world.scene));
+            }
         }
         if self.propagator.scene().has_instances() {
             let scene = self.propagator.scene_mut();
@@ -285,6 +351,9 @@ impl Worker {
             return;
         };
         self.pipeline.history_mut().append(&world.recent);
+        for (other, (_, recent)) in self.others.iter_mut().zip(&world.others) {
+            other.pipeline.history_mut().append(recent);
+        }
         self.has_new_poses = true;
         if let Some(old) = self.newest.replace(world) {
             self.world.give_back(old);
@@ -294,7 +363,11 @@ impl Worker {
     /// Whether a jump has overtaken the last update, and nothing else travels with it.
     pub(super) fn is_overtaken(&self, last: &UpdateMessage) -> bool {
         let newest = self.newest.as_ref();
-        let has_jumped = newest.is_some_and(|world| self.pipeline.is_overtaken(&world.sources));
+        let has_jumped = newest.is_some_and(|world| {
+            let others = self.others.iter().map(|other| &other.pipeline);
+            let mut all = others.chain([&self.pipeline]);
+            all.any(|pipeline| pipeline.is_overtaken(&world.sources))
+        });
         has_jumped && !last.has_replacements()
     }
 
@@ -304,8 +377,13 @@ impl Worker {
             return 1.0;
         };
         let predictor = world.predictor.lowered(self.quality.predictor_steps);
-        let kind = self.pipeline.next_kind(&world.sources);
-        kind.share(predictor, world.sources.len())
+        let others = self.others.iter().map(|other| &other.pipeline);
+        let kinds = others.chain([&self.pipeline]);
+        let shares = kinds.map(|pipeline| {
+            let kind = pipeline.next_kind(&world.sources);
+            kind.share(predictor, world.sources.len())
+        });
+        shares.fold(0.0, f64::max)
     }
 
     /// Sends an update, together with the replacements of an earlier one that was not taken.
@@ -317,6 +395,9 @@ impl Worker {
             }
             if message.predictor.is_none() {
                 message.predictor = missed.predictor.take();
+            }
+            for (other, missed) in message.others.iter_mut().zip(&mut missed.others) {
+                other.take_missed(missed);
             }
             self.updates.keep(missed);
         }

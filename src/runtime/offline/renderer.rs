@@ -188,7 +188,7 @@ impl OfflineRenderer {
     /// [`Error::Setting`] for a layout with more channels than the output, an HRTF set of another sample rate, or a fade
     /// in progress; nothing changes then.
     pub fn set_output(&mut self, layout: Layout, hrtf: &Hrtf) -> Result<()> {
-        drop(self.generator.take_retired_stage());
+        self.generator.take_retired_stages(&mut Vec::new());
         if !self.generator.can_change_stage() {
             let problem = "the last change is still fading";
             return Err(Error::setting("layout", problem, "render a graphics frame"));
@@ -199,7 +199,7 @@ impl OfflineRenderer {
             ..self.settings.generation.clone()
         };
         let stage = OutputStage::new(&generation, hrtf)?;
-        self.generator.change_stage(Box::new(stage));
+        self.generator.change_stages(&mut vec![Box::new(stage)]);
         self.settings.generation = generation;
         Ok(())
     }

@@ -15,6 +15,8 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use glam::Vec3;
+
 use super::clip_player::Kernel;
 use super::frame_numbers::{FrameNumbers, FrameReceiver};
 use super::messages::{AudioFrame, BED, OutputChange, SampleSourceChange, SourceRoute, WorldFrame};
@@ -89,6 +91,10 @@ pub struct Controller {
     ended: Vec<SourceId>,
     kernel: Arc<Kernel>,
     listener: ListenerPose,
+    /// Further listeners.
+    others: Vec<ListenerPose>,
+    /// Positions of all listeners; scratch.
+    ears: Vec<Vec3>,
     paused: bool,
     snapshot: Box<PathSnapshot>,
     began: Instant,
@@ -118,6 +124,8 @@ impl Controller {
             ended: Vec::new(),
             kernel: Arc::new(Kernel::new()),
             listener: ListenerPose::default(),
+            others: vec![ListenerPose::default(); settings.generation.listeners - 1],
+            ears: Vec::new(),
             paused: false,
             snapshot: Box::default(),
             began: now(),
@@ -143,7 +151,10 @@ impl Controller {
     pub fn tick(&mut self, listener: ListenerPose, sources: &[SourcePose]) -> Result<()> {
         let began = now();
         let mut result = self.install_scene();
-        result = result.and(self.set_listener(listener));
+        match checked_listener(listener) {
+            Ok(listener) => self.listener = listener,
+            Err(error) => result = result.and(Err(error)),
+        }
         for pose in sources {
             result = result.and(self.sources.pose(pose));
         }
@@ -154,6 +165,7 @@ impl Controller {
         self.assign_slots(time_s);
         let mut world = self.channels.world.take_blank(|| WorldFrame {
             listener,
+            others: Vec::new(),
             sources: Vec::new(),
             scene: Arc::clone(&self.scene),
             instances: Vec::new(),
@@ -165,11 +177,25 @@ impl Controller {
         });
         // Positions of graphics frames that propagation has not taken go with the next one.
         world.recent.clear();
+        world
+            .others
+            .resize_with(self.others.len(), Default::default);
+        world
+            .others
+            .iter_mut()
+            .for_each(|(_, recent)| recent.clear());
         if let Some(mut missed) = self.channels.world.recall() {
             std::mem::swap(&mut world.recent, &mut missed.recent);
+            for ((_, recent), (_, missed)) in world.others.iter_mut().zip(&mut missed.others) {
+                std::mem::swap(recent, missed);
+            }
             self.channels.world.keep(missed);
         }
         world.listener = self.listener;
+        for ((pose, recent), other) in world.others.iter_mut().zip(&self.others) {
+            *pose = *other;
+            recent.push(time_s, other, &self.slot_poses);
+        }
         world.sources.clear();
         world.sources.extend_from_slice(&self.slot_poses);
         if !Arc::ptr_eq(&world.scene, &self.scene) {
@@ -222,9 +248,17 @@ impl Controller {
                 plays: source.plays || has_buses,
                 ..source
             });
-            let ear = self.listener.position;
+            self.ears.clear();
+            let all = std::iter::once(&self.listener).chain(&self.others);
+            self.ears.extend(all.map(|listener| listener.position));
             let times = (time_s, progress);
-            virtualizer.assign(sources, ear, times, &mut self.slot_poses, &mut self.routes);
+            virtualizer.assign(
+                sources,
+                &self.ears,
+                times,
+                &mut self.slot_poses,
+                &mut self.routes,
+            );
             let unheard = &self.channels.metrics.masked_sources;
             unheard.store(virtualizer.masked, Ordering::Relaxed);
             return;
@@ -258,18 +292,39 @@ impl Controller {
         }
     }
 
-    fn set_listener(&mut self, listener: ListenerPose) -> Result<()> {
-        check_position("listener", listener.position)?;
-        let length_squared = listener.orientation.length_squared();
-        if !(length_squared.is_finite() && length_squared > 1e-12) {
-            let problem = format!("{} is no orientation", listener.orientation);
-            let advice = "give a finite quaternion; the last good pose is kept";
-            return Err(Error::setting("listener", problem, advice));
-        }
-        self.listener = ListenerPose {
-            orientation: listener.orientation.normalize(),
-            ..listener
+    /// Sets the pose of one of several listeners from the next tick on; of the first one [`Self::tick`] has it. Listeners are
+    /// numbered from 0 to below [`GeneratorSettings::listeners`](crate::GeneratorSettings::listeners).
+    ///
+    /// ```
+    /// # fn main() -> foresound::Result<()> {
+    /// # use foresound::{Engine, EngineSettings, ListenerPose};
+    /// let mut settings = EngineSettings::default();
+    /// settings.generation.listeners = 2;
+    /// let (mut controller, mut renderer) = Engine::new(settings)?;
+    /// controller.set_listener(1, ListenerPose::facing([3.0, 1.7, 0.0], 0.0))?;
+    /// controller.tick(ListenerPose::default(), &[])?;
+    /// // Both listeners, one after the other, each of two channels.
+    /// renderer.render_listeners(&mut [0.0; 2 * 2 * 256]);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a listener that the engine does not have, and for a pose that is not finite or beyond 1,000 km: the last good
+    /// one stays.
+    pub fn set_listener(&mut self, index: usize, listener: ListenerPose) -> Result<()> {
+        let listener = checked_listener(listener)?;
+        let own = match index.checked_sub(1) {
+            None => Some(&mut self.listener),
+            Some(other) => self.others.get_mut(other),
         };
+        let own = own.ok_or_else(|| {
+            let count = self.settings.generation.listeners;
+            let problem = format!("there is no listener {index}, but {count}");
+            let advice = "make the engine with more listeners";
+            Error::setting("listener", problem, advice)
+        })?;
+        *own = listener;
         Ok(())
     }
 
@@ -277,7 +332,9 @@ impl Controller {
         self.send_waiting_changes();
         let settings = &self.settings;
         let mut frame = self.channels.frames.take_blank(|| {
-            AudioFrame::with_capacity(settings.source_limit(), settings.generation.max_sources)
+            let generation = &settings.generation;
+            let slots = generation.max_sources;
+            AudioFrame::with_capacity(settings.source_limit(), slots, generation.listeners)
         });
         // A new frame that was not taken stays new.
         let missed = self.channels.frames.recall();
@@ -286,6 +343,7 @@ impl Controller {
             self.channels.frames.keep(missed);
         }
         frame.listener = self.listener;
+        frame.others.clone_from(&self.others);
         frame.paused = self.paused;
         frame.ticks = self.ticks;
         frame.instances.clone_from(&self.instances);
@@ -378,6 +436,21 @@ impl Controller {
     pub fn settings(&self) -> &EngineSettings {
         &self.settings
     }
+}
+
+/// A listener's pose with a normalised orientation.
+fn checked_listener(listener: ListenerPose) -> Result<ListenerPose> {
+    check_position("listener", listener.position)?;
+    let length_squared = listener.orientation.length_squared();
+    if !(length_squared.is_finite() && length_squared > 1e-12) {
+        let problem = format!("{} is no orientation", listener.orientation);
+        let advice = "give a finite quaternion; the last good pose is kept";
+        return Err(Error::setting("listener", problem, advice));
+    }
+    Ok(ListenerPose {
+        orientation: listener.orientation.normalize(),
+        ..listener
+    })
 }
 
 impl Drop for Controller {

@@ -62,10 +62,12 @@ impl Controller {
     }
 
     fn send_output(&mut self, generation: &GeneratorSettings, hrtf: &Hrtf) -> Result<()> {
-        let stage = OutputStage::new(generation, hrtf)?;
+        let stage = |_| OutputStage::new(generation, hrtf).map(Box::new);
+        let stages: Result<Vec<_>> = (0..generation.listeners).map(stage).collect();
+        let stages = stages?;
         let outputs = &mut self.channels.outputs;
         let mut change = outputs.take_blank(OutputChange::default);
-        change.stage = Some(Box::new(stage));
+        change.stages = stages;
         outputs.send(change);
         Ok(())
     }
@@ -73,7 +75,7 @@ impl Controller {
     /// Frees outputs that have faded out.
     pub(super) fn free_outputs(&mut self) {
         while let Some(mut change) = self.channels.outputs.returned() {
-            change.stage = None;
+            change.stages.clear();
             self.channels.outputs.keep(change);
         }
     }

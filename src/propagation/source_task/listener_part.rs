@@ -1,0 +1,39 @@
+//! What depends on the listener in the state of a source, for several listeners in turn.
+
+use crate::propagation::diffraction::NearEdges;
+use crate::propagation::diffuse::ListenerView;
+use crate::propagation::image_source::occluder_cache::OccluderCache;
+use crate::propagation::image_source::valid_cache::ValidCache;
+use crate::propagation::path::{LateEnergy, Path};
+use crate::propagation::settings::PropagationSettings;
+use crate::scene::edges::DiffractingEdges;
+
+/// What depends on the listener in the state of a source, while it is the turn of others.
+#[derive(Debug)]
+pub(super) struct ListenerPart {
+    pub(super) cache: ValidCache,
+    pub(super) occluders: OccluderCache,
+    pub(super) paths: Vec<Path>,
+    pub(super) nearby: Vec<Path>,
+    pub(super) line_edges: DiffractingEdges,
+    pub(super) near_edges: NearEdges,
+    pub(super) late_energy: Option<LateEnergy>,
+    pub(super) predicted_late: Vec<LateEnergy>,
+    pub(super) late: ListenerView,
+}
+
+impl ListenerPart {
+    pub(super) fn new(settings: &PropagationSettings) -> Self {
+        Self {
+            cache: ValidCache::with_capacity(settings.cache_capacity),
+            occluders: OccluderCache::default(),
+            paths: Vec::new(),
+            nearby: Vec::new(),
+            line_edges: DiffractingEdges::default(),
+            near_edges: NearEdges::default(),
+            late_energy: None,
+            predicted_late: Vec::new(),
+            late: ListenerView::default(),
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! The state of a source: made, reused, and exchanged between listeners in turn. Rays are common to all, paths and caches are each
+//! listener's.
+
+use super::listener_part::ListenerPart;
+use super::{INITIAL_PATHS, SourceTask};
+use crate::propagation::diffraction::NearEdges;
+use crate::propagation::diffuse::{LateEstimator, ListenerView};
+use crate::propagation::image_source::occluder_cache::OccluderCache;
+use crate::propagation::image_source::valid_cache::ValidCache;
+use crate::propagation::rays::directions::ROTATIONS;
+use crate::propagation::settings::PropagationSettings;
+use crate::scene::SourceId;
+use crate::scene::edges::DiffractingEdges;
+
+impl SourceTask {
+    pub(in crate::propagation) fn new(id: SourceId, settings: &PropagationSettings) -> Self {
+        Self {
+            id,
+            last_position: None,
+            is_idle: false,
+            is_searched: false,
+            listener: 0,
+            parts: Vec::new(),
+            cast_in: None,
+            jumped_in: None,
+            missing_rotations: 0,
+            late: LateEstimator::default(),
+            cache: ValidCache::with_capacity(settings.cache_capacity),
+            occluders: OccluderCache::default(),
+            rotation: None,
+            paths: Vec::with_capacity(INITIAL_PATHS),
+            nearby: Vec::new(),
+            line_edges: DiffractingEdges::default(),
+            near_edges: NearEdges::default(),
+            late_energy: None,
+            predicted_late: Vec::new(),
+            rays: 0,
+        }
+    }
+
+    /// Whether the state is of this source.
+    pub(in crate::propagation) fn belongs_to(&self, id: SourceId) -> bool {
+        self.id == id && !self.is_idle
+    }
+
+    /// Resets the task for another source; keeps the memory.
+    pub(in crate::propagation) fn reset(&mut self, id: SourceId) {
+        self.id = id;
+        self.last_position = None;
+        self.is_idle = false;
+        self.late = LateEstimator::default();
+        self.late_energy = None;
+        self.missing_rotations = 0;
+        self.cache.clear();
+        self.parts.clear();
+        (self.cast_in, self.jumped_in) = (None, None);
+    }
+
+    /// Takes up the state of a listener, whose turn it is. Allocates in its first turn.
+    pub(in crate::propagation) fn select_listener(
+        &mut self,
+        listener: usize,
+        settings: &PropagationSettings,
+    ) {
+        if listener == self.listener {
+            return;
+        }
+        let count = listener.max(self.listener) + 1;
+        while self.parts.len() < count {
+            self.parts.push(ListenerPart::new(settings));
+        }
+        self.late.store_view(&mut self.parts[self.listener].late);
+        self.exchange(self.listener);
+        self.exchange(listener);
+        self.late.load_view(&self.parts[listener].late);
+        self.listener = listener;
+    }
+
+    /// Exchanges the state with a part.
+    fn exchange(&mut self, part: usize) {
+        let part = &mut self.parts[part];
+        std::mem::swap(&mut self.cache, &mut part.cache);
+        std::mem::swap(&mut self.occluders, &mut part.occluders);
+        std::mem::swap(&mut self.paths, &mut part.paths);
+        std::mem::swap(&mut self.nearby, &mut part.nearby);
+        std::mem::swap(&mut self.line_edges, &mut part.line_edges);
+        std::mem::swap(&mut self.near_edges, &mut part.near_edges);
+        std::mem::swap(&mut self.late_energy, &mut part.late_energy);
+        std::mem::swap(&mut self.predicted_late, &mut part.predicted_late);
+    }
+
+    /// Drops all rays, which were cast elsewhere, unless another listener's turn of this round did.
+    pub(super) fn drop_rays(&mut self, round: u64) {
+        if self.jumped_in == Some(round) && !self.parts.is_empty() {
+            return;
+        }
+        self.jumped_in = Some(round);
+        self.late = LateEstimator::default();
+        for part in &mut self.parts {
+            part.late = ListenerView::default();
+        }
+        self.missing_rotations = ROTATIONS as usize;
+        self.last_position = None;
+        self.cast_in = None;
+    }
+}
