@@ -107,6 +107,9 @@ prove_c() {
     gcc -std=c99 -O2 -Wall -Wextra -Wpedantic -Werror -Iinclude android/c/per_source_bus.c -o "$work/per_source_bus" \
         -L"$host/release" -lforesound -lm -Wl,-rpath,"$host/release" || return 1
     "$work/per_source_bus" assets/scenes/doorway.obj || return 1
+    gcc -std=c99 -O2 -Wall -Wextra -Wpedantic -Werror -Iinclude android/c/split_screen.c -o "$work/split_screen" \
+        -L"$host/release" -lforesound -lm -Wl,-rpath,"$host/release" || return 1
+    "$work/split_screen" assets/scenes/doorway.obj || return 1
     echo "C99 and C++11 compile; 90 frames with the bits of Rust"
 }
 

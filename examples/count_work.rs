@@ -1,7 +1,8 @@
 //! Fixed amounts of tracing and propagation, for tools that count instructions. No clock, no threads.
 //!
 //! `count_work rays FOLDER SCENE SET PASSES` traces the rays written by `bench rays --dump FOLDER`, `PASSES` times;
-//! `count_work update SCENE SOURCES UPDATES` runs propagation updates for a listener walking at 1.4 m/s. The difference of
+//! `count_work update SCENE SOURCES UPDATES [LISTENERS]` runs propagation updates for a listener walking at 1.4 m/s, or for several
+//! beside each other; `count_work sound SCENE SOURCES UPDATES LISTENERS` runs the whole engine instead. The difference of
 //! two runs with different counts excludes start-up (`benches/count-aarch64.sh`).
 
 use std::fs;
@@ -13,7 +14,8 @@ use foresound::glam::Vec3;
 use foresound::paths::{PathSet, Propagator};
 use foresound::scene::procedural;
 use foresound::{
-    ListenerPose, MaterialTable, PropagationSettings, Scene, SceneSettings, SourceId, SourcePose,
+    Engine, EngineSchedule, EngineSettings, FrameTime, ListenerPose, MaterialTable,
+    PropagationSettings, Scene, SceneSettings, SourceId, SourcePose,
 };
 
 /// Metres between two updates, at twenty a second.
@@ -24,8 +26,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match arguments.as_slice() {
         ["rays", folder, scene, set, passes] => rays(folder, scene, set, passes.parse()?),
-        ["update", scene, sources, updates] => update(scene, sources.parse()?, updates.parse()?),
-        _ => Err("arguments: rays FOLDER SCENE SET PASSES | update SCENE SOURCES UPDATES".into()),
+        ["update", scene, sources, updates] => update(scene, sources.parse()?, updates.parse()?, 1),
+        ["update", scene, sources, updates, listeners] => {
+            update(scene, sources.parse()?, updates.parse()?, listeners.parse()?)
+        }
+        ["sound", scene, sources, updates, listeners] => {
+            sound(scene, sources.parse()?, updates.parse()?, listeners.parse()?)
+        }
+        _ => Err("arguments: rays FOLDER SCENE SET PASSES | update SCENE SOURCES UPDATES [LISTENERS] | sound SCENE SOURCES UPDATES LISTENERS".into()),
     }
 }
 
@@ -66,7 +74,66 @@ fn rays(
     Ok(())
 }
 
-fn update(name: &str, count: usize, updates: u32) -> Result<(), Box<dyn std::error::Error>> {
+/// Metres between two listeners.
+const APART_M: f32 = 2.0;
+
+/// A walk of several listeners beside each other.
+fn ear(walk: &procedural::Walk, step: u32, listener: usize) -> ListenerPose {
+    let length_m = walk.from.distance(walk.to);
+    let along = (walk.to - walk.from) / length_m;
+    let aside = Vec3::new(-along.z, 0.0, along.x) * APART_M * listener as f32;
+    let share = (0.5 + STEP_M * step as f32 / length_m).min(1.0);
+    ListenerPose {
+        position: walk.from.lerp(walk.to, share) + aside,
+        ..ListenerPose::default()
+    }
+}
+
+/// The engine with propagation in every graphics frame, at twenty a second: propagation, extrapolation and generation.
+fn sound(
+    name: &str,
+    count: usize,
+    updates: u32,
+    listeners: usize,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let benchmark = procedural::by_name(name).ok_or("no such scene")?;
+    let table = MaterialTable::built_in();
+    let scene = Scene::commit(&benchmark.mesh, &table, &SceneSettings::default())?;
+    let mut settings = EngineSettings::default();
+    settings.schedule = EngineSchedule::Synchronous;
+    settings.tracing_threads = 1;
+    settings.frame_time = FrameTime::Fixed(0.05);
+    settings.generation.listeners = listeners;
+    let (mut controller, mut renderer) = Engine::new(settings)?;
+    controller.set_scene(Arc::new(scene))?;
+    for (n, (_, position)) in benchmark.sources.iter().take(count).enumerate() {
+        let id = controller.add_source(*position)?;
+        let noise = (0..44_100u32)
+            .map(|k| (k.wrapping_mul(2_654_435_761 + n as u32) >> 16) as f32 / 65_536.0 - 0.5);
+        controller.play(id, noise.collect(), true)?;
+    }
+    let frames = 44_100 / 20;
+    let mut output = vec![0.0; 2 * listeners * frames];
+    for step in 0..updates {
+        for listener in 1..listeners {
+            controller.set_listener(listener, ear(&benchmark.walk, step, listener))?;
+        }
+        controller.tick(ear(&benchmark.walk, step, 0), &[])?;
+        renderer.render_listeners(&mut output);
+    }
+    eprintln!(
+        "{listeners} listeners, {} paths of the first",
+        controller.statistics().paths
+    );
+    Ok(())
+}
+
+fn update(
+    name: &str,
+    count: usize,
+    updates: u32,
+    listeners: usize,
+) -> Result<(), Box<dyn std::error::Error>> {
     let benchmark = procedural::by_name(name).ok_or("no such scene")?;
     let table = MaterialTable::built_in();
     let scene = Scene::commit(&benchmark.mesh, &table, &SceneSettings::default())?;
@@ -76,17 +143,17 @@ fn update(name: &str, count: usize, updates: u32) -> Result<(), Box<dyn std::err
         .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot, 0), *position))
         .collect();
     let walk = &benchmark.walk;
-    let length_m = walk.from.distance(walk.to);
-    let ear = |step: u32| ListenerPose {
-        position: walk
-            .from
-            .lerp(walk.to, (0.5 + STEP_M * step as f32 / length_m).min(1.0)),
-        ..ListenerPose::default()
-    };
     let mut set = PathSet::default();
-    propagator.warm_up(&ear(0), &sources);
+    propagator.set_listener_count(listeners);
+    for listener in 0..listeners {
+        propagator.select_listener(listener);
+        propagator.warm_up(&ear(walk, 0, listener), &sources);
+    }
     for step in 0..updates {
-        propagator.update(&ear(step), &sources, 0.0, &mut set);
+        for listener in 0..listeners {
+            propagator.select_listener(listener);
+            propagator.update(&ear(walk, step, listener), &sources, 0.0, &mut set);
+        }
     }
     eprintln!("{} sources, {} paths", sources.len(), set.paths.len());
     Ok(())

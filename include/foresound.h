@@ -52,7 +52,7 @@
 /* Initial values of structures: their size and this header's defaults. */
 #define FORESOUND_OPTIONS_INIT {sizeof(ForesoundOptions), 44100u, 256u, 16u, 0u, 1024u, 256u, 2048u, 1024u, 128u, \
     4u, 2u, 1u, FORESOUND_SCHEDULE_ASYNCHRONOUS, 2u, FORESOUND_PREDICTOR_GEOMETRIC, 1u, FORESOUND_AFFINITY_SYSTEM, \
-    0u, 0u, FORESOUND_HRTF_SET, 1u, 1u, 3u, 0u, 1024u, 0.3f, -0.3f, 0.0, 1.0, FORESOUND_LAYOUT_BINAURAL, 0u, 0u, 0u}
+    0u, 0u, FORESOUND_HRTF_SET, 1u, 1u, 3u, 0u, 1024u, 0.3f, -0.3f, 0.0, 1.0, FORESOUND_LAYOUT_BINAURAL, 0u, 0u, 1u}
 #define FORESOUND_SOURCE_OPTIONS_INIT {sizeof(ForesoundSourceOptions), 31u, 0.0f, 1.0f, {0.0f, 0.0f, 0.0f, 0.0f, \
     0.0f, 0.0f, 0.0f, 0.0f}, FORESOUND_DISTANCE_CURVE_PHYSICAL, 1.0f, 100.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, \
     1.0f, 1.0f, 0u, 128u}
@@ -588,8 +588,8 @@ typedef struct ForesoundOptions {
   uint32_t output_channels;
   // 1: sources can be rendered apart (foresound_render_source), for a mixer of the game's own; 0: not.
   uint32_t source_buses;
-  // 0, for later use.
-  uint32_t reserved;
+  // Listeners, 1 to 4: for a split screen or spectators (foresound_engine_set_listener, foresound_render_listeners).
+  uint32_t listeners;
 } ForesoundOptions;
 
 // Properties of a material in octave bands, from the lowest: shares of energy, 0 to 1.
@@ -1135,6 +1135,15 @@ ForesoundStatus foresound_output_start(uint64_t renderer,
 // Writes the properties and the state of an output's device. Control thread.
 FORESOUND_API ForesoundStatus foresound_output_info(uint64_t output, struct ForesoundOutputInfo *info);
 
+// Sets the pose of one of several listeners from the next tick on. `listener`: 0 to below the option `listeners`; the
+// pose of 0 is that of foresound_engine_tick. After an invalid pose the last valid one stays. `pose_size`:
+// sizeof(ForesoundPose). Control thread.
+FORESOUND_API
+ForesoundStatus foresound_engine_set_listener(uint64_t engine,
+                                              uint32_t listener,
+                                              const struct ForesoundPose *pose,
+                                              size_t pose_size);
+
 // Adds a silent source at a position in metres; `source` receives its id. Control thread.
 FORESOUND_API ForesoundStatus foresound_source_add(uint64_t engine, float x_m, float y_m, float z_m, uint32_t *source);
 
@@ -1403,6 +1412,19 @@ ForesoundStatus foresound_render_reverb(uint64_t renderer,
                                         uint32_t channels,
                                         size_t frames,
                                         struct ForesoundRenderInfo *info);
+
+// Renders each of several listeners into its own part of `output`, one after the other: `listeners` times `frames` audio frames of
+// interleaved `channels`, the option `listeners` and the engine's channels; silence on failure. foresound_render gives their mix,
+// for listeners at one pair of loudspeakers. `info`: null if unused. Audio thread: as foresound_render.
+//
+// `output` has `listeners` x `channels` x `frames` elements.
+FORESOUND_API
+ForesoundStatus foresound_render_listeners(uint64_t renderer,
+                                           float *output,
+                                           uint32_t listeners,
+                                           uint32_t channels,
+                                           size_t frames,
+                                           struct ForesoundRenderInfo *info);
 
 // Passes the library's messages up to a level to a function, for the whole process; null: none, but for the system's log on
 // Android. The function is called from any thread but the audio thread, from several at once, until this function is called

@@ -198,6 +198,15 @@ macro_rules! shared_functions {
                 info.store(sound::output_info(output)?)
             }
 
+            /// Sets the pose of one of several listeners from the next tick on. `listener`: 0 to below the option `listeners`; the
+            /// pose of 0 is that of foresound_engine_tick. After an invalid pose the last valid one stays. `pose_size`:
+            /// sizeof(ForesoundPose). Control thread.
+            unsafe fn foresound_engine_set_listener(engine: Handle, listener: Count, pose[pose_size]: PoseIn) {
+                ENGINES.with(engine, |engine| {
+                    Ok(engine.controller().set_listener(listener as usize, pose.listener())?)
+                })
+            }
+
             /// Adds a silent source at a position in metres; `source` receives its id. Control thread.
             unsafe fn foresound_source_add(engine: Handle, x_m: Real, y_m: Real, z_m: Real) -> source: Id {
                 ENGINES.with(engine, |engine| engine.add_source([x_m, y_m, z_m]))
@@ -432,6 +441,18 @@ macro_rules! java_functions {
                 let info = sound::render_blocks(renderer, frames, |start, block| {
                     output.write(start, block);
                     Ok(())
+                })?;
+                Ok(info.voices)
+            }
+
+            /// Renders each listener into its own output, one after the other, of interleaved floats; returns the number of voices.
+            safe fn foresound_render_listeners(renderer: Handle, output: BufferOut, frames: Size) -> voices: Count {
+                let listeners = sound::listeners(renderer)?;
+                let samples = frames.saturating_mul(sound::channels(renderer)? as usize);
+                let all = samples.saturating_mul(listeners);
+                output.check(all.saturating_mul(size_of::<f32>()))?;
+                let info = sound::render_listener_blocks(renderer, frames, |start, block| {
+                    output.write(start, block);
                 })?;
                 Ok(info.voices)
             }

@@ -79,8 +79,8 @@ record! {
         pub output_channels: u32,
         /// 1: sources can be rendered apart (foresound_render_source), for a mixer of the game's own; 0: not.
         pub source_buses: u32,
-        /// 0, for later use.
-        pub reserved: u32,
+        /// Listeners, 1 to 4: for a split screen or spectators (foresound_engine_set_listener, foresound_render_listeners).
+        pub listeners: u32,
     }
 }
 
@@ -128,7 +128,7 @@ impl Default for Options {
             layout: Layout::Binaural,
             output_channels: 0,
             source_buses: generation.source_buses.into(),
-            reserved: 0,
+            listeners: generation.listeners as u32,
         }
     }
 }
@@ -242,6 +242,7 @@ impl Options {
         settings.generation.limiter = choice("limiter", self.limiter, &[false, true])?;
         settings.generation.source_buses =
             choice("source_buses", self.source_buses, &[false, true])?;
+        settings.generation.listeners = self.listeners as usize;
         settings.generation.ceiling_db = self.ceiling_db;
         settings.generation.layout = self.layout.choice()?;
         settings.generation.channels = match self.output_channels {

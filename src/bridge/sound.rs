@@ -31,7 +31,8 @@ impl BlockRenderer {
 
 impl From<Renderer> for BlockRenderer {
     fn from(renderer: Renderer) -> Self {
-        let block = vec![0.0; renderer.channels() * renderer.block_frames()].into();
+        let frames = renderer.listeners() * renderer.block_frames();
+        let block = vec![0.0; renderer.channels() * frames].into();
         Self {
             #[cfg(feature = "jni")]
             dry: vec![0.0; renderer.block_frames()].into(),
@@ -41,10 +42,11 @@ impl From<Renderer> for BlockRenderer {
     }
 }
 
-/// Bits of a renderer's constant that are its latency; its channels are above them.
-const LATENCY_BITS: u32 = 24;
+/// Bits of a renderer's constant that are its latency; its channels are above them, and then its listeners.
+const LATENCY_BITS: u32 = 20;
+const CHANNEL_BITS: u32 = 6;
 
-/// Adds a renderer; its constant is its latency and channels. Control thread.
+/// Adds a renderer; its constant is its latency, channels and listeners. Control thread.
 ///
 /// # Errors
 /// Those of [`HandleTable::insert_with`].
@@ -52,6 +54,8 @@ pub fn insert_renderer(renderer: Renderer) -> Result<u64, CallError> {
     RENDERERS.insert_with(|| {
         let constant = renderer.latency_frames() as u32;
         let constant = constant | (renderer.channels() as u32) << LATENCY_BITS;
+        let listeners = renderer.listeners() as u32;
+        let constant = constant | listeners << (LATENCY_BITS + CHANNEL_BITS);
         Ok((renderer.into(), constant))
     })
 }
@@ -84,6 +88,21 @@ record! {
         pub missed_deadline: u32,
         /// 1 if the engine was closed: sound continues with the last poses.
         pub engine_gone: u32,
+    }
+}
+
+impl RenderInfo {
+    /// The information of two blocks.
+    fn and(self, next: Self) -> Self {
+        Self {
+            frames: self.frames + next.frames,
+            graphics_frames: self.graphics_frames + next.graphics_frames,
+            updates: self.updates + next.updates,
+            dropped_paths: self.dropped_paths + next.dropped_paths,
+            underrun_samples: self.underrun_samples + next.underrun_samples,
+            missed_deadline: self.missed_deadline | next.missed_deadline,
+            ..next
+        }
     }
 }
 
@@ -125,6 +144,60 @@ pub fn render(renderer: u64, output: &mut [f32], channels: usize) -> Result<Rend
     result
 }
 
+/// Renders each of several listeners into its own part of `output`; silence on failure. Audio thread.
+///
+/// # Errors
+/// Those of [`HandleTable::try_with`]; [`Status::BadArgument`] for another number of listeners or channels than the engine's.
+pub fn render_listeners(
+    renderer: u64,
+    output: &mut [f32],
+    [listeners, channels]: [usize; 2],
+) -> Result<RenderInfo, CallError> {
+    const NUMBERS: CallError = CallError::fixed(
+        Status::BadArgument,
+        "listeners, channels: the engine has other numbers; pass those of its options",
+    );
+    let result = RENDERERS.try_with(renderer, |entry| {
+        let renderer = &mut entry.renderer;
+        if [renderer.listeners(), renderer.channels()] != [listeners, channels] {
+            return Err(NUMBERS);
+        }
+        Ok(renderer.render_listeners(output).into())
+    });
+    if result.is_err() {
+        output.fill(0.0);
+    }
+    result
+}
+
+/// [`render_listeners`] block by block, as [`render_blocks`]: `take` gets each listener's blocks with their index in the output.
+///
+/// # Errors
+/// Those of [`HandleTable::try_with`].
+#[cfg(feature = "jni")]
+pub fn render_listener_blocks(
+    renderer: u64,
+    frames: usize,
+    mut take: impl FnMut(usize, &[f32]),
+) -> Result<RenderInfo, CallError> {
+    RENDERERS.try_with(renderer, |entry| {
+        let (listeners, channels) = (entry.renderer.listeners(), entry.renderer.channels());
+        let mut total = RenderInfo::default();
+        let mut done = 0;
+        while done < frames {
+            let count = (frames - done).min(entry.renderer.block_frames());
+            let block = &mut entry.block[..listeners * channels * count];
+            let made = RenderInfo::from(entry.renderer.render_listeners(block));
+            total = total.and(made);
+            for (listener, own) in block.chunks_exact(channels * count).enumerate() {
+                take(channels * (listener * frames + done), own);
+            }
+            done += count;
+        }
+        Ok(total)
+    })
+}
+
 /// Renders interleaved channels block by block and passes each to `take` with its index in samples: for memory that other
 /// threads may access. Several blocks consume several graphics frames. Audio thread.
 ///
@@ -140,18 +213,10 @@ pub fn render_blocks(
         let mut done = 0;
         while done < frames {
             let channels = entry.renderer.channels();
-            let count = (frames - done).min(entry.block.len() / channels);
+            let count = (frames - done).min(entry.renderer.block_frames());
             let block = &mut entry.block[..channels * count];
             let made = RenderInfo::from(entry.renderer.render(block));
-            total = RenderInfo {
-                frames: total.frames + made.frames,
-                graphics_frames: total.graphics_frames + made.graphics_frames,
-                updates: total.updates + made.updates,
-                dropped_paths: total.dropped_paths + made.dropped_paths,
-                underrun_samples: total.underrun_samples + made.underrun_samples,
-                missed_deadline: total.missed_deadline | made.missed_deadline,
-                ..made
-            };
+            total = total.and(made);
             take(channels * done, block)?;
             done += count;
         }
@@ -172,7 +237,15 @@ pub fn latency_frames(renderer: u64) -> Result<u32, CallError> {
 /// # Errors
 /// Those of [`HandleTable::constant`].
 pub fn channels(renderer: u64) -> Result<u32, CallError> {
-    Ok(RENDERERS.constant(renderer)? >> LATENCY_BITS)
+    Ok(RENDERERS.constant(renderer)? >> LATENCY_BITS & ((1 << CHANNEL_BITS) - 1))
+}
+
+/// Listeners of a renderer. Does not disturb [`render`]. Any thread.
+///
+/// # Errors
+/// Those of [`HandleTable::constant`].
+pub fn listeners(renderer: u64) -> Result<usize, CallError> {
+    Ok((RENDERERS.constant(renderer)? >> (LATENCY_BITS + CHANNEL_BITS)) as usize)
 }
 
 /// Appends as many samples to a stream as fit; returns their number. Any one thread, the audio thread included.

@@ -1,10 +1,10 @@
-//! Functions of the audio thread that render sources apart, into the caller's memory.
+//! Functions of the audio thread that render sources or listeners apart, into the caller's memory.
 
 use super::arrays::check_array;
 use super::memory::{Variable, aligned, slice, slice_mut, store};
 use crate::bridge::enumeration::Bus;
 use crate::bridge::error::{CallError, Status, catch_panic};
-use crate::bridge::sound::RenderInfo;
+use crate::bridge::sound::{self, RenderInfo};
 use crate::bridge::source_buses;
 
 /// Most frames of a block.
@@ -78,17 +78,57 @@ pub unsafe extern "C" fn foresound_render_reverb(
     let result = catch_panic(|| {
         // SAFETY: the caller's obligation.
         let output = unsafe { output_of(output, channels, frames) }?;
-        let info = if info.is_null() {
-            Ok(None)
-        } else {
-            // SAFETY: not null; the rest is the caller's obligation.
-            aligned(info).and_then(|()| unsafe { Variable::new(info) }.map(Some))
-        };
-        let info = info.inspect_err(|_| output.fill(0.0))?;
+        // SAFETY: the caller's obligation.
+        let info = unsafe { info_of(info) }.inspect_err(|_| output.fill(0.0))?;
         let rendered = source_buses::render_reverb(renderer, output, channels as usize)?;
         info.map_or(Ok(()), |info| info.store(rendered))
     });
     result.map_or_else(|error| error.status, |()| Status::Ok)
+}
+
+/// Renders each of several listeners into its own part of `output`, one after the other: `listeners` times `frames` audio frames of
+/// interleaved `channels`, the option `listeners` and the engine's channels; silence on failure. foresound_render gives their mix,
+/// for listeners at one pair of loudspeakers. `info`: null if unused. Audio thread: as foresound_render.
+///
+/// # Safety
+/// Pointers are null or valid as the header says; `output` has `listeners` x `channels` x `frames` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn foresound_render_listeners(
+    renderer: u64,
+    output: *mut f32,
+    listeners: u32,
+    channels: u32,
+    frames: usize,
+    info: *mut RenderInfo,
+) -> Status {
+    const LISTENERS: CallError = CallError::fixed(Status::BadArgument, "listeners: outside 1 to 4");
+    let result = catch_panic(|| {
+        if !(1..=4).contains(&listeners) {
+            return Err(LISTENERS);
+        }
+        // SAFETY: the caller's obligation.
+        let output =
+            unsafe { output_of(output, channels, frames.saturating_mul(listeners as usize)) }?;
+        // SAFETY: the caller's obligation.
+        let info = unsafe { info_of(info) }.inspect_err(|_| output.fill(0.0))?;
+        let counts = [listeners as usize, channels as usize];
+        let rendered = sound::render_listeners(renderer, output, counts)?;
+        info.map_or(Ok(()), |info| info.store(rendered))
+    });
+    result.map_or_else(|error| error.status, |()| Status::Ok)
+}
+
+/// A caller's structure for what was rendered, unless it is null.
+///
+/// # Safety
+/// `info` is null or the address of a structure with its size.
+unsafe fn info_of(info: *mut RenderInfo) -> Result<Option<Variable<RenderInfo>>, CallError> {
+    if info.is_null() {
+        return Ok(None);
+    }
+    aligned(info)?;
+    // SAFETY: not null; the rest is the caller's obligation.
+    unsafe { Variable::new(info) }.map(Some)
 }
 
 /// An output in the caller's memory.

@@ -80,7 +80,7 @@ impl World<'_> {
         }
     }
 
-    fn pose(&mut self) -> Pose {
+    pub(super) fn pose(&mut self) -> Pose {
         let orientation = match self.bytes.byte() {
             200.. => self.bytes.numbers(),
             _ => [0.0, 0.0, 0.0, 1.0],
@@ -151,7 +151,9 @@ fn options(bytes: &mut Bytes) -> Options {
         26 => options.output_channels = word,
         27 => options.output_channels = 16,
         28 => options.source_buses = word,
-        29..=140 => options.source_buses = 1,
+        29 => options.listeners = word,
+        30..=120 => options.source_buses = 1,
+        121..=160 => (options.listeners, options.source_buses) = (2, 1),
         _ => {}
     }
     options

@@ -3,13 +3,13 @@
 use std::ffi::CString;
 use std::ptr;
 
-use foresound::bridge::Status;
 use foresound::bridge::capi::*;
 use foresound::bridge::engine::{MaterialOptions, SourceOptions};
 use foresound::bridge::enumeration::{Bus, DistanceCurve};
 use foresound::bridge::numbers::{SourceNumbers, SourcePath};
 use foresound::bridge::playback::{PlayOptions, Playback};
 use foresound::bridge::sound::RenderInfo;
+use foresound::bridge::{Pose, Status};
 
 use super::c_calls::{World, succeeds};
 
@@ -94,7 +94,14 @@ pub(super) fn play(world: &mut World) {
 /// Mixes of sources, materials, and the numbers of frames.
 pub(super) fn mix(world: &mut World) {
     let (engine, source) = (world.engine(), world.source());
-    let status = match world.bytes.below(4) {
+    let status = match world.bytes.below(5) {
+        4 => {
+            let (listener, pose) = (world.bytes.below(5) as u32, world.pose());
+            // SAFETY: the address of a pose.
+            unsafe {
+                foresound_engine_set_listener(engine, listener, &raw const pose, size_of::<Pose>())
+            }
+        }
         0 => {
             let mut options = SourceOptions {
                 distance_curve: DistanceCurve(world.bytes.below(5) as u32),
@@ -203,6 +210,20 @@ pub(super) fn apart(world: &mut World) {
         assert_ne!(status, Status::Panic);
         assert!(output.iter().all(|sample| sample.is_finite()), "{output:?}");
         assert!(status != Status::Ok || bus.0 <= 2);
+    }
+    if world.bytes.byte() > 220 {
+        let listeners = world.bytes.below(6) as u32;
+        let mut all = vec![f32::NAN; listeners as usize * output.len()];
+        let mut info = RenderInfo::default();
+        // SAFETY: addresses of as many samples as the numbers say, and of a structure.
+        let status = unsafe {
+            let all = all.as_mut_ptr();
+            foresound_render_listeners(renderer, all, listeners, channels, count, &raw mut info)
+        };
+        assert_ne!(status, Status::Panic);
+        // Numbers that no engine has are refused before the output is looked at.
+        let is_possible = (1..=4).contains(&listeners);
+        assert!(!is_possible || all.iter().all(|sample| sample.is_finite()));
     }
     output.fill(f32::NAN);
     if world.bytes.byte() < 200 {

@@ -373,8 +373,10 @@ namespace Foresound.Interop
         /// 1: sources can be rendered apart (foresound_render_source), for a mixer of the game's own; 0: not.
         /// </summary>
         public uint SourceBuses;
-        /// <summary>0, for later use.</summary>
-        public uint Reserved;
+        /// <summary>
+        /// Listeners, 1 to 4: for a split screen or spectators (foresound_engine_set_listener, foresound_render_listeners).
+        /// </summary>
+        public uint Listeners;
     }
 
     /// <summary>
@@ -1149,6 +1151,14 @@ namespace Foresound.Interop
         public static extern Status OutputInfo(ulong output, OutputInfo* info);
 
         /// <summary>
+        /// Sets the pose of one of several listeners from the next tick on. `listener`: 0 to below the option `listeners`; the
+        /// pose of 0 is that of foresound_engine_tick. After an invalid pose the last valid one stays. `pose_size`:
+        /// sizeof(ForesoundPose). Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_set_listener", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EngineSetListener(ulong engine, uint listener, Pose* pose, UIntPtr poseSize);
+
+        /// <summary>
         /// Adds a silent source at a position in metres; `source` receives its id. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_source_add", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
@@ -1425,6 +1435,17 @@ namespace Foresound.Interop
         [DllImport(Library, EntryPoint = "foresound_render_reverb", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status RenderReverb(
             ulong renderer, float* output, uint channels, UIntPtr frames, RenderInfo* info);
+
+        /// <summary>
+        /// Renders each of several listeners into its own part of `output`, one after the other: `listeners` times `frames` audio frames of
+        /// interleaved `channels`, the option `listeners` and the engine's channels; silence on failure. foresound_render gives their mix,
+        /// for listeners at one pair of loudspeakers. `info`: null if unused. Audio thread: as foresound_render.
+        ///
+        /// `output` has `listeners` x `channels` x `frames` elements.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_render_listeners", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status RenderListeners(
+            ulong renderer, float* output, uint listeners, uint channels, UIntPtr frames, RenderInfo* info);
 
         /// <summary>
         /// Passes the library's messages up to a level to a function, for the whole process; null: none, but for the system's log on

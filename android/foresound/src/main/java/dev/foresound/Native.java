@@ -58,6 +58,7 @@ final class Native {
     static native int rendererChannels(long renderer);
     static native long outputStart(long renderer, int blocksAhead);
     static native void outputInfo(long output, double[] info);
+    static native void engineSetListener(long engine, int listener, float[] pose);
     static native int sourceAdd(long engine, float xM, float yM, float zM);
     static native int engineTakeNumbers(long engine);
     static native void sourceNumbers(long engine, int source, double[] numbers);
@@ -107,6 +108,9 @@ final class Native {
     /** Renders interleaved floats of the renderer's channels; returns the number of voices. */
     static native int render(long renderer, ByteBuffer output, int frames);
 
+    /** Renders each listener into its own output, one after the other, of interleaved floats; returns the number of voices. */
+    static native int renderListeners(long renderer, ByteBuffer output, int frames);
+
     /** Begins a block of frames, at most the option {@code block_frames}, whose sources are rendered apart. */
     static native void renderBegin(long renderer, int frames);
 
@@ -153,7 +157,7 @@ final class Native {
         static final int LAYOUT = 29;
         static final int OUTPUT_CHANNELS = 30;
         static final int SOURCE_BUSES = 31;
-        static final int RESERVED = 32;
+        static final int LISTENERS = 32;
     }
 
     static final class SourceOptions {

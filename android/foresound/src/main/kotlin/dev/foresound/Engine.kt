@@ -48,6 +48,9 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
     /** The listener, whose pose takes effect with the next [tick]. */
     val listener = Listener()
 
+    /** All listeners, [listener] first: as many as [EngineOptions.listeners]. */
+    val listeners: List<Listener> = listOf(listener) + List(options.listeners - 1) { Listener() }
+
     /** Channels of what [render] writes, constant. */
     val channels: Int
 
@@ -89,6 +92,7 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
                 count++
             }
         }
+        for (index in 1 until listeners.size) Native.engineSetListener(handle, index, listeners[index].pose.floats())
         Native.engineTick(handle, frame, count)
     }
 
@@ -143,6 +147,12 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
      * apps with an audio callback; returns the number of voices. One thread at a time; never waits. Not after [start].
      */
     fun render(buffer: ByteBuffer, frames: Int): Int = Native.render(rendererHandle, buffer, frames)
+
+    /**
+     * Renders [frames] audio frames for each of [listeners] into its own part of the buffer, one after the other; else as
+     * [render], which gives their mix.
+     */
+    fun renderListeners(buffer: ByteBuffer, frames: Int): Int = Native.renderListeners(rendererHandle, buffer, frames)
 
     /**
      * Begins a block of [frames] audio frames, at most [EngineOptions.blockFrames], whose sources are rendered apart, for an app

@@ -110,6 +110,8 @@ class EngineOptions @JvmOverloads constructor(
     var outputChannels: Int? = null,
     /** Whether [Engine.renderSource] can render sources apart, for a mixer of the app's own. */
     var sourceBuses: Boolean = false,
+    /** Listeners, 1 to 4: for a split screen or spectators ([Engine.listeners]). */
+    var listeners: Int = 1,
 ) {
     init {
         check()
@@ -119,6 +121,7 @@ class EngineOptions @JvmOverloads constructor(
     private fun check() {
         require(maxSources in 1..MAX_SOURCES) { "maxSources: $maxSources is outside 1 to $MAX_SOURCES" }
         require(shownPaths in 0..MAX_PATHS) { "shownPaths: $shownPaths is outside 0 to $MAX_PATHS" }
+        require(listeners in 1..MAX_LISTENERS) { "listeners: $listeners is outside 1 to $MAX_LISTENERS" }
         require(sourceSlots != 0) { "sourceSlots: 0 is no slot; pass null" }
     }
 
@@ -162,11 +165,13 @@ class EngineOptions @JvmOverloads constructor(
         set(Index.LAYOUT, layout.number)
         set(Index.OUTPUT_CHANNELS, outputChannels)
         flag(Index.SOURCE_BUSES, sourceBuses)
+        set(Index.LISTENERS, listeners)
         return numbers
     }
 
     private companion object {
         const val MAX_SOURCES = 4096
+        const val MAX_LISTENERS = 4
         const val MAX_PATHS = 16_384
     }
 }

@@ -19,6 +19,9 @@ internal class Pose {
         floats[6] = w
     }
 
+    /** Position and orientation. */
+    fun floats(): FloatArray = floats
+
     fun write(frame: ByteBuffer, id: Int) {
         frame.putInt(id)
         for (float in floats) frame.putFloat(float)
