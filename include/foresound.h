@@ -990,7 +990,7 @@ FORESOUND_API ForesoundStatus foresound_options_default(struct ForesoundOptions 
 // that of the audio half. Takes some ten milliseconds. Control thread.
 //
 // `api_version`: FORESOUND_API_VERSION; another major version than the library's is refused
-// (FORESOUND_STATUS_VERSION). `options`: null for the defaults. `hrtf`: content of an HRTF set's file; null for the built-in set.
+// (FORESOUND_STATUS_VERSION). `options`: null for the defaults. `hrtf`: content of an HRTF set's file, baked or SOFA (some seconds); null for the built-in set.
 FORESOUND_API
 ForesoundStatus foresound_engine_create(uint32_t api_version,
                                         const struct ForesoundOptions *options,
@@ -1027,8 +1027,10 @@ FORESOUND_API ForesoundStatus foresound_engine_set_predictor(uint64_t engine, Fo
 // (FORESOUND_STATUS_BAD_ARGUMENT). Takes some milliseconds. Control thread.
 FORESOUND_API ForesoundStatus foresound_engine_set_layout(uint64_t engine, ForesoundLayout layout);
 
-// Changes the HRTF set: binaural sound cross-fades within the next graphics frame. `hrtf`: content of an HRTF
-// set's file at the engine's sample rate; null for the built-in set. Takes some milliseconds. Control thread.
+// Changes the HRTF set: binaural sound cross-fades within the next graphics frame. `hrtf`: content of a SOFA file of
+// the convention SimpleFreeFieldHRIR, or of a baked set at the engine's sample rate; null for the built-in set. A
+// baked set takes some milliseconds. A SOFA file takes some seconds, in which other calls of the engine go on:
+// call it on a thread of its own. Any thread but the sound's.
 FORESOUND_API ForesoundStatus foresound_engine_set_hrtf(uint64_t engine, const uint8_t *hrtf, size_t hrtf_bytes);
 
 // Sets when propagation runs, after the running update. Control thread.

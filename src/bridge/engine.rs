@@ -266,6 +266,20 @@ pub fn create(
     }
 }
 
+/// Sets an engine's HRTF set from the content of its file, baked or SOFA; `None` is the built-in one. The conversion of a SOFA
+/// file does not keep the engine: other calls go on meanwhile.
+///
+/// # Errors
+/// `Status::Format` for an invalid set, `Status::BadArgument` for one of another sample rate; the set stays.
+pub fn set_hrtf(engine: u64, bytes: Option<&[u8]>) -> Result<(), CallError> {
+    let rate_hz = ENGINES.with(engine, |engine| {
+        Ok(engine.controller.settings().generation.rate_hz)
+    })?;
+    let set = bytes.map(|bytes| Hrtf::read(bytes, "the HRTF set", rate_hz));
+    let set = set.transpose()?.map(Arc::new);
+    ENGINES.with(engine, |engine| Ok(engine.controller.set_hrtf(set)?))
+}
+
 impl EngineControl {
     /// Submits one graphics frame.
     ///
@@ -369,16 +383,6 @@ impl EngineControl {
     pub fn set_predictor(&mut self, predictor: Predictor) -> Result<(), CallError> {
         self.controller.set_predictor(predictor.choice()?);
         Ok(())
-    }
-
-    /// Sets the HRTF set from the content of its file; `None` is the built-in one.
-    ///
-    /// # Errors
-    /// `Status::Format` for an invalid set, `Status::BadArgument` for one of another sample rate; the set stays.
-    pub fn set_hrtf(&mut self, bytes: Option<&[u8]>) -> Result<(), CallError> {
-        let set = bytes.map(|bytes| Hrtf::parse(bytes, "the HRTF set"));
-        let set = set.transpose()?.map(Arc::new);
-        Ok(self.controller.set_hrtf(set)?)
     }
 
     /// Sets when propagation runs. Waits for the running update.

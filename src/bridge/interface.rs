@@ -30,7 +30,7 @@ macro_rules! shared_functions {
             /// that of the audio half. Takes some ten milliseconds. Control thread.
             ///
             /// `api_version`: FORESOUND_API_VERSION; another major version than the library's is refused
-            /// (FORESOUND_STATUS_VERSION). `options`: null for the defaults. `hrtf`: content of an HRTF set's file; null for the built-in set.
+            /// (FORESOUND_STATUS_VERSION). `options`: null for the defaults. `hrtf`: content of an HRTF set's file, baked or SOFA (some seconds); null for the built-in set.
             unsafe fn foresound_engine_create(
                 api_version: Count, options: In<Options>, hrtf[hrtf_bytes]: OptionalBytes, engine: HandleOut
             ) -> renderer: Handle {
@@ -72,10 +72,12 @@ macro_rules! shared_functions {
                 ENGINES.with(engine, |engine| Ok(engine.controller().set_layout(layout.choice()?)?))
             }
 
-            /// Changes the HRTF set: binaural sound cross-fades within the next graphics frame. `hrtf`: content of an HRTF
-            /// set's file at the engine's sample rate; null for the built-in set. Takes some milliseconds. Control thread.
+            /// Changes the HRTF set: binaural sound cross-fades within the next graphics frame. `hrtf`: content of a SOFA file of
+            /// the convention SimpleFreeFieldHRIR, or of a baked set at the engine's sample rate; null for the built-in set. A
+            /// baked set takes some milliseconds. A SOFA file takes some seconds, in which other calls of the engine go on:
+            /// call it on a thread of its own. Any thread but the sound's.
             unsafe fn foresound_engine_set_hrtf(engine: Handle, hrtf[hrtf_bytes]: OptionalBytes) {
-                ENGINES.with(engine, |engine| engine.set_hrtf(hrtf.as_deref()))
+                engine::set_hrtf(engine, hrtf.as_deref())
             }
 
             /// Sets when propagation runs, after the running update. Control thread.

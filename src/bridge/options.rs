@@ -257,7 +257,11 @@ impl Options {
         settings.propagation.min_distance_m = self.min_distance_m;
         settings.hrtf = match (choice("hrtf", self.hrtf.0, &[false, true])?, hrtf) {
             (true, _) => Some(Arc::new(HrtfSet::omnidirectional(self.rate_hz)?)),
-            (false, Some(bytes)) => Some(Arc::new(HrtfSet::parse(bytes, "the HRTF set")?)),
+            (false, Some(bytes)) => Some(Arc::new(HrtfSet::read(
+                bytes,
+                "the HRTF set",
+                self.rate_hz,
+            )?)),
             (false, None) => None,
         };
         Ok(settings)

@@ -9,6 +9,8 @@
 //! the weights of the HRTF set; each bus has one filter. The late reverb reads the delay lines and adds its plane waves to
 //! the same buses. A [`Limiter`] follows.
 
+#[cfg(feature = "sofa")]
+pub mod baking;
 pub mod bands;
 pub mod binaural;
 pub mod delay;

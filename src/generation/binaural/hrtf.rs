@@ -12,16 +12,16 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::error::{Error, Result};
+use crate::generation::binaural::baked_set::{BakedSet, Directions, MAGIC};
 use crate::generation::panning::direction_table::{DirectionTable, LANES, TableSize};
 use crate::simd::F32x8;
 
-const MAGIC: &[u8; 8] = b"FSHRTF1\0";
 const HEADER_BYTES: usize = 28;
 /// Longest valid ear delay in seconds: five times the interaural delay of a human head.
 const MAX_DELAY_S: f32 = 0.004;
 /// Largest valid magnitude of a weight or tap: 60 dB.
 const MAX_VALUE: f32 = 1000.0;
-const ADVICE: &str = "bake the file again with assets/hrtf/bake.py";
+const ADVICE: &str = "write the file again with `foresound hrtf`";
 
 /// An HRTF set.
 ///
@@ -45,6 +45,27 @@ pub struct Hrtf {
 }
 
 impl Hrtf {
+    /// Reads a set from the content of a baked file, or of a SOFA file, which is converted to a sample rate
+    /// (`Hrtf::from_sofa`; some seconds).
+    ///
+    /// Errors: [`Error::Format`] with `name` for a file that is neither or invalid, or a SOFA file without the feature `sofa`;
+    /// [`Error::Setting`] for a sample rate out of range. The sample rate of a baked set is checked where the set is used.
+    pub fn read(bytes: &[u8], name: &str, rate_hz: u32) -> Result<Self> {
+        if !bytes.starts_with(b"\x89HDF") {
+            return Self::parse(bytes, name);
+        }
+        #[cfg(feature = "sofa")]
+        {
+            Self::from_sofa(bytes, name, rate_hz)
+        }
+        #[cfg(not(feature = "sofa"))]
+        {
+            let problem = format!("a SOFA file for {rate_hz} Hz, which this build does not read");
+            let advice = "build with the feature sofa, or give a baked set of `foresound hrtf`";
+            Err(Error::format(name, None, problem, advice))
+        }
+    }
+
     /// Reads a baked set.
     ///
     /// Errors: [`Error::Format`] with `name` if the size, the header or a value is invalid.
@@ -170,6 +191,38 @@ impl Hrtf {
         })
     }
 
+    /// The content of a baked file, to be read again within a millisecond.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let groups = self.groups();
+        let (directions, delays, weights) = self.table.grid();
+        let mut basis = Vec::with_capacity(groups * LANES * self.taps);
+        for group in 0..groups {
+            for lane in 0..LANES {
+                basis.extend(self.basis(group).iter().map(|tap| tap.0[lane]));
+            }
+        }
+        let mut ears = Vec::with_capacity(delays.len() * 2 * (1 + groups * LANES));
+        let each = delays.iter().zip(weights.chunks_exact(2 * groups));
+        for (delays, weights) in each {
+            for (delay, weights) in delays.iter().zip(weights.chunks_exact(groups)) {
+                ears.push(delay / self.rate_hz as f32);
+                ears.extend(weights.iter().flat_map(|group| group.0));
+            }
+        }
+        let set = BakedSet {
+            rate_hz: self.rate_hz,
+            taps: self.taps,
+            components: groups * LANES,
+            directions: Directions {
+                azimuths: directions[0],
+                elevations: directions[1],
+            },
+            basis,
+            ears,
+        };
+        set.to_bytes()
+    }
+
     /// Checks that the set is for a sample rate.
     ///
     /// Errors: [`Error::Setting`] if it is not.
@@ -284,6 +337,29 @@ mod tests {
         for bad in cases {
             let error = Hrtf::parse(&bad, "ears.hrtf").unwrap_err().to_string();
             assert!(error.starts_with("ears.hrtf: "), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_set_survives_its_file() {
+        let set = set();
+        let again = Hrtf::read(&set.to_bytes(), "again", 44_100).unwrap();
+        assert_eq!((again.taps(), again.groups()), (set.taps(), set.groups()));
+        let mut found = [
+            vec![F32x8::ZERO; 2 * set.groups()],
+            vec![F32x8::ZERO; 2 * set.groups()],
+        ];
+        for direction in [Vec3::X, Vec3::new(0.3, 0.2, -0.9), Vec3::NEG_Y] {
+            let [first, second] = &mut found;
+            let delays = [
+                set.look_up(direction, first),
+                again.look_up(direction, second),
+            ];
+            assert_eq!(first, second);
+            for (a, b) in delays[0].iter().zip(delays[1]) {
+                // Seconds and frames, rounded to single precision.
+                assert!((a - b).abs() < 1e-5, "{a} {b}");
+            }
         }
     }
 

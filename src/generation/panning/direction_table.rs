@@ -120,6 +120,15 @@ impl DirectionTable {
         self.ears * self.groups
     }
 
+    /// Azimuths and elevations of the grid, its delays, and its weights.
+    pub(crate) fn grid(&self) -> ([usize; 2], &[[f32; 2]], &[F32x8]) {
+        (
+            [self.azimuths, self.elevations],
+            &self.delays,
+            &self.weights,
+        )
+    }
+
     /// Longest delay in frames.
     pub(crate) fn max_delay(&self) -> f32 {
         self.max_delay

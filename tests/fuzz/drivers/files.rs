@@ -135,6 +135,32 @@ pub(crate) fn listener(data: &[u8]) {
     }
 }
 
+/// A SOFA file of an HRTF set, or a baked set.
+pub(crate) fn sofa(data: &[u8]) {
+    // The conversion takes seconds: one valid file in 32.
+    if data.starts_with(b"\x89HDF") {
+        match foresound::generation::baking::check_sofa(data, "s.sofa") {
+            Ok(directions) => assert!(directions >= 8, "{directions}"),
+            Err(error) => return check_text(&error),
+        }
+        if data.iter().copied().fold(0, u8::wrapping_add) % 32 != 0 {
+            return;
+        }
+    }
+    match foresound::Hrtf::read(data, "s.sofa", 48_000) {
+        Ok(set) => {
+            let mut weights = vec![foresound::simd::F32x8::ZERO; 2 * set.groups()];
+            for direction in [glam::Vec3::NEG_Z, glam::Vec3::NEG_X, glam::Vec3::NEG_Y] {
+                let delays = set.look_up(direction, &mut weights);
+                assert!(delays.iter().all(|delay| (0.0..=1000.0).contains(delay)));
+                let lanes = weights.iter().flat_map(|group| group.0);
+                assert!(lanes.into_iter().all(f32::is_finite));
+            }
+        }
+        Err(error) => check_text(&error),
+    }
+}
+
 /// A WAV file, for the command line and for the bridges.
 pub(crate) fn wav(data: &[u8]) {
     let path = written("s.wav", data);

@@ -13,7 +13,7 @@ pub(crate) mod saved;
 pub(crate) type Target = (&'static str, fn(&[u8]));
 
 /// All of them.
-pub(crate) const TARGETS: [Target; 11] = [
+pub(crate) const TARGETS: [Target; 12] = [
     ("obj", files::obj),
     ("materials", files::materials),
     ("layout", files::layout),
@@ -25,4 +25,5 @@ pub(crate) const TARGETS: [Target; 11] = [
     ("ply", files::mesh_file),
     ("gltf", files::mesh_file),
     ("saved", saved::saved),
+    ("sofa", files::sofa),
 ];

@@ -24,6 +24,12 @@ const SOUNDS: &[(&str, &[u8])] = sounds! {
     "speech/voice15" "speech/voice16" "signals/music" "signals/percussion"
 };
 
+/// The measurement of which the built-in HRTF sets are made, a SOFA file.
+pub(crate) const KEMAR: &[u8] = include_bytes!(concat!(
+    "../../../assets/",
+    "hrtf/MIT_KEMAR_normal_pinna.sofa"
+));
+
 /// The OBJ file of a benchmark scene; its TOML file is beside it.
 pub(crate) fn scene(name: &str) -> Result<PathBuf> {
     let here = Path::new("assets/scenes").join(name).with_extension("obj");

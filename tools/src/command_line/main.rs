@@ -1,5 +1,5 @@
-//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `commit`, `materials`, `validate`, `evaluate`, `bench`, `soak`,
-//! `scenes`, `view`, `completions`, `manual`, and with the feature `play` also `play`.
+//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `commit`, `materials`, `hrtf`, `validate`, `evaluate`, `bench`,
+//! `soak`, `scenes`, `view`, `completions`, `manual`, and with the feature `play` also `play`.
 //!
 //! Results go to standard output, everything else to standard error. A wrong argument or file gives one line with advice
 //! and exit code 2; a violated law gives exit code 1.
@@ -18,6 +18,7 @@ mod counting;
 mod demo;
 mod engine_walk;
 mod evaluate;
+mod hrtf;
 mod hrtf_file;
 mod inputs;
 mod inspect;
@@ -81,6 +82,8 @@ enum Command {
     Commit(commit::Arguments),
     /// Lists the built-in materials.
     Materials(materials::Arguments),
+    /// Converts a SOFA file to an HRTF set, and states how far a set is from its measurement.
+    Hrtf(hrtf::Arguments),
     /// Checks propagation against closed forms and standards.
     Validate(validate::Arguments),
     /// Runs the engine in real time into a null device while its state changes at random.
@@ -148,6 +151,7 @@ fn run(cli: Cli) -> Result<ExitCode> {
         #[cfg(not(feature = "play"))]
         Command::Play(arguments) => return Err(arguments.error()),
         Command::Materials(arguments) => materials::run(&arguments)?,
+        Command::Hrtf(arguments) => hrtf::run(&arguments)?,
         Command::Completions(arguments) => manual::complete(&arguments),
         Command::Manual(arguments) => manual::run(&arguments)?,
         Command::Evaluate(arguments) => evaluate::run(&arguments)?,

@@ -55,7 +55,7 @@ pub(crate) struct Arguments {
     /// Layout of the channels: binaural, stereo, mono, 5.1, 7.1, 7.1.4, or ambix1 to ambix3 (Ambisonics in AmbiX form).
     #[arg(long, default_value = "binaural", value_name = "NAME")]
     layout: String,
-    /// HRTF set of binaural sound, a baked file; without it the built-in set.
+    /// HRTF set of binaural sound, a SOFA file or a baked one; without it the built-in set.
     #[arg(long, value_name = "FILE")]
     hrtf: Option<PathBuf>,
     /// The WAV file to write: 32-bit float, the layout's channels.

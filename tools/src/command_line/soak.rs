@@ -20,6 +20,7 @@ use foresound::runtime::{
 use foresound_tools::clicks::{ClickDetector, smooth_loop};
 use serde_json::{Value, json};
 
+use crate::assets;
 use crate::counting;
 use crate::inputs::{SceneArguments, load_scene, predictor_named, within};
 use crate::memory_use::Memory;
@@ -218,7 +219,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         false => None,
         true => {
             settings.generation.channels = Some(Layout::Ambisonics3.channels());
-            let sets = [Hrtf::builtin(rate_hz)?, Hrtf::omnidirectional(rate_hz)?];
+            let sets = [
+                Hrtf::builtin(rate_hz)?,
+                Hrtf::omnidirectional(rate_hz)?,
+                Hrtf::from_sofa(assets::KEMAR, "MIT_KEMAR_normal_pinna.sofa", rate_hz)?,
+            ];
             Some(Outputs {
                 hrtfs: sets.into_iter().map(Arc::new).collect(),
                 layout_changes: 0,

@@ -123,7 +123,10 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
      */
     fun setLayout(layout: Layout) = Native.engineSetLayout(handle, layout.number)
 
-    /** Changes the HRTF set to the content of a file at [rateHz]; null is the built-in set. Sound cross-fades. */
+    /**
+     * Changes the HRTF set to the content of a SOFA file (SimpleFreeFieldHRIR), or of a baked set at [rateHz]; null is the
+     * built-in set. Sound cross-fades. A SOFA file takes some seconds: call it on a background thread; other calls go on.
+     */
     fun setHrtf(hrtf: ByteArray?) = Native.engineSetHrtf(handle, hrtf)
 
     /** Sets when propagation runs, after the running update. */

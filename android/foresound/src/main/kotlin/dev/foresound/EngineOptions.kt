@@ -67,7 +67,7 @@ class EngineOptions @JvmOverloads constructor(
     var affinity: Affinity = Affinity.SYSTEM,
     /** Duration of a graphics frame in seconds; null: measured from the ticks. */
     var frameSeconds: Double? = null,
-    /** Content of an HRTF set's file; null is the built-in set. */
+    /** Content of an HRTF set's file, SOFA (some seconds) or baked; null is the built-in set. */
     var hrtf: ByteArray? = null,
     /** Whether imminent thermal throttling lowers the quality level (API 30 and later). */
     var thermal: Boolean = true,
