@@ -40,7 +40,7 @@ const FLAT_DB: f64 = 0.01;
 /// Most frames between two changes of the coefficients during a ramp, counted from its end, a power of two; fewer where a
 /// coefficient would change by more than [`HELD_CHANGE`].
 const HOLD: usize = 32;
-const HELD_CHANGE: f32 = 0.005;
+const HELD_CHANGE: f32 = 0.003;
 
 /// Frequencies at which [`ShelfDesign::limit`] evaluates a response: zero, half the sample rate, and this many an octave
 /// from 22 Hz to 19 kHz between them.
