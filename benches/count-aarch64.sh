@@ -1,14 +1,15 @@
 #!/usr/bin/env bash
-# Counts executed aarch64 instructions: per ray, by scene and set, and per propagation update in the hall.
-# Arguments: scenes (default: all three), or --updates for the updates alone. Needs qemu-aarch64, gcc,
-# aarch64-linux-gnu-gcc and a rustc with a standard library for aarch64-unknown-linux-gnu (RUSTC). The count is the
-# difference between twice the work and once the work, on one thread: it repeats exactly.
+# Counts executed aarch64 instructions: per ray, by scene and set, per propagation update in the hall, and per block of sound.
+# Arguments: scenes (default: all three), --updates for the updates alone, or --blocks [SOURCES [BLOCKS]] for the blocks
+# alone (default: 16, 10,000). Needs qemu-aarch64, gcc, aarch64-linux-gnu-gcc and a standard library for
+# aarch64-unknown-linux-gnu (`rustup target add`, or another compiler by RUSTC). A count of rays or updates is the difference
+# between twice the work and once the work; a block's is that of Renderer::render. On one thread counts repeat exactly.
 # TARGET_DIR: an existing build folder with these features.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scenes=("$@")
 [ $# -gt 0 ] || scenes=(concert_hall bootcamp angrybot)
-[ "${1:-}" != --updates ] || scenes=()
+case ${1:-} in --updates | --blocks) scenes=() ;; esac
 target=aarch64-unknown-linux-gnu
 out=target/count-aarch64
 mkdir -p "$out"
@@ -18,17 +19,35 @@ for scene in "${scenes[@]}"; do
 done
 export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=${LINKER:-aarch64-linux-gnu-gcc}
 cargo build --quiet --release --locked --no-default-features --features builtin-hrtf,capi --target "$target" \
-    --target-dir "$target_dir" --example count_work
+    --target-dir "$target_dir" --example count_work --example count_blocks
 gcc -O2 -shared -fPIC -o "$out/icount.so" benches/icount.c
 # The cross package needs the path of the C library; a native C library must not have it.
 qemu=(qemu-aarch64)
 [ -e /lib/ld-linux-aarch64.so.1 ] || qemu+=(-L /usr/aarch64-linux-gnu)
+emulated() {
+    env -i "$(command -v "${qemu[0]}")" "${qemu[@]:1}" -plugin "$PWD/$out/icount.so" "$target_dir/$target/release/examples/$@"
+}
 instructions() {
     local output
-    output=$(env -i "$(command -v "${qemu[0]}")" "${qemu[@]:1}" -plugin "$PWD/$out/icount.so" \
-        "$target_dir/$target/release/examples/count_work" "$@" 2>&1) || { echo "$output" >&2 && return 1; }
+    output=$(emulated count_work "$@" 2>&1) || { echo "$output" >&2 && return 1; }
     sed -n 's/^instructions //p' <<<"$output"
 }
+# The counts of all blocks, sorted, in a file: shares of them, and what happened meanwhile.
+blocks() {
+    local sources=${1:-16} blocks=${2:-10000} counts=$out/blocks.txt
+    emulated count_blocks "$sources" "$blocks" 2>"$out/blocks.log"
+    sed -n 's/^block //p' "$out/blocks.log" | sort -n >"$counts"
+    grep swaps "$out/blocks.log"
+    awk '{ count[NR] = $1; sum += $1 }
+        function at(share) { return count[int(1 + share * (NR - 1))] }
+        END { printf "instructions a block: mean %.0f, median %d, 99 %% %d, 99.9 %% %d, worst %d (%.2f of the median)\n",
+            sum / NR, at(0.5), at(0.99), at(0.999), at(1), at(1) / at(0.5) }' "$counts"
+}
+if [ "${1:-}" = --blocks ]; then
+    shift
+    blocks "$@"
+    exit
+fi
 [ ${#scenes[@]} = 0 ] || printf '%-14s %-11s %s\n' scene set 'instructions a ray'
 for scene in "${scenes[@]}"; do
     for set in guide source visibility; do

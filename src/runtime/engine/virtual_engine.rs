@@ -85,7 +85,7 @@ impl VirtualEngine {
         self.frames as f64 / self.graphics_rate_hz
     }
 
-    /// One graphics frame: a tick with these poses, then the blocks of interleaved channels that begin before the next one.
+    /// One graphics frame: [`Self::tick`], then the blocks of interleaved channels that begin before the next one.
     ///
     /// # Errors
     /// As [`Controller::tick`]; the sound is rendered nevertheless.
@@ -95,14 +95,31 @@ impl VirtualEngine {
         sources: &[SourcePose],
         mut sink: impl FnMut(&[f32]),
     ) -> Result<()> {
-        let result = self.controller.tick(listener, sources);
-        self.frames += 1;
-        let end = self.time_s() * f64::from(self.renderer.rate_hz());
-        while (self.rendered as f64) < end {
-            self.renderer.render(&mut self.block);
-            self.rendered += self.renderer.block_frames() as u64;
-            sink(&self.block);
+        let result = self.tick(listener, sources);
+        while let Some(block) = self.next_block() {
+            sink(block);
         }
         result
+    }
+
+    /// The app's half of [`Self::next_frame`]: propagation as the clock has it, and the next graphics frame's poses.
+    ///
+    /// # Errors
+    /// As [`Controller::tick`].
+    pub fn tick(&mut self, listener: ListenerPose, sources: &[SourcePose]) -> Result<()> {
+        let result = self.controller.tick(listener, sources);
+        self.frames += 1;
+        result
+    }
+
+    /// The audio half of [`Self::next_frame`]: renders a block, or none if the next one begins after the graphics frame.
+    pub fn next_block(&mut self) -> Option<&[f32]> {
+        let end = self.time_s() * f64::from(self.renderer.rate_hz());
+        if self.rendered as f64 >= end {
+            return None;
+        }
+        self.renderer.render(&mut self.block);
+        self.rendered += self.renderer.block_frames() as u64;
+        Some(&self.block)
     }
 }
