@@ -152,14 +152,14 @@ fn rates_of(
     rates
 }
 
-/// Value below which so large a share of the patches lies.
-fn quantile(values: &[BandArray], share: &[f32], band: usize, quantile: f32) -> f64 {
+/// Value below which `wanted` of the patches' shares lie.
+fn quantile(values: &[BandArray], share: &[f32], band: usize, wanted: f32) -> f64 {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|a, b| values[*a][band].total_cmp(&values[*b][band]));
     let mut sum = 0.0;
     let reaches = |index: &&usize| {
         sum += share[**index];
-        sum >= quantile
+        sum >= wanted
     };
     let found = order.iter().find(reaches).or(order.last());
     found.map_or(0.0, |index| f64::from(values[*index][band]))
