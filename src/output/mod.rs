@@ -1,5 +1,7 @@
-//! Sound output: devices and WAV files.
+//! Sound output: devices and WAV files; reading of compressed sound files.
 
+#[cfg(feature = "compressed")]
+pub mod compressed;
 pub mod device;
 #[cfg(target_os = "android")]
 pub mod oboe;

@@ -1,17 +1,17 @@
-//! The dry sound of a source, from a WAV file.
+//! The dry sound of a source, from a WAV, FLAC or Ogg Vorbis file.
 //!
-//! Control side. Reads a WAV file of any usual sample rate and resamples it. A source has one channel: other files are
+//! Control side. Reads a file of any usual sample rate, told by its content, and resamples it. A source has one channel: other files are
 //! refused ([`load_clip`]) or mixed down ([`load_recording`]).
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
-use hound::{SampleFormat, WavReader, WavSpec};
+use hound::{SampleFormat, WavReader};
 use rubato::audioadapter_buffers::direct::InterleavedSlice;
 use rubato::{Fft, FixedSync, Resampler};
 
-use foresound::output::wav_chunks;
+use foresound::output::{compressed, wav_chunks};
 use foresound::{Error, Result};
 
 /// Accepted sample rates in Hz.
@@ -70,12 +70,12 @@ impl Clip {
     }
 }
 
-/// Reads a mono WAV file (PCM of 16, 24 or 32 bits, or 32-bit float) and brings it to `rate_hz`.
+/// Reads a mono file and brings it to `rate_hz`: WAV (PCM of 16, 24 or 32 bits, or 32-bit float), FLAC or Ogg Vorbis.
 ///
 /// The notes, one line each, report that the file was resampled, is silent or exceeds full scale.
 ///
 /// # Errors
-/// [`Error::File`] if the file cannot be opened, [`Error::Format`] if it is no WAV file, is not mono, has another
+/// [`Error::File`] if the file cannot be opened, [`Error::Format`] if it is of another format, is not mono, has another
 /// sample format, is empty, longer than [`MOST_SAMPLES`] before or after conversion, ends early or holds a sample that is not
 /// finite. The text has advice on conversion.
 pub fn load_clip(path: impl AsRef<Path>, rate_hz: u32) -> Result<(Clip, Vec<String>)> {
@@ -92,8 +92,8 @@ pub fn load_clip_within(
     most_samples: usize,
 ) -> Result<(Clip, Vec<String>)> {
     let path = path.as_ref();
-    let (spec, samples) = read_samples(path, rate_hz, 1, most_samples)?;
-    finished(path, rate_hz, spec, samples, Vec::new())
+    let (found, samples) = read_samples(path, rate_hz, 1, most_samples)?;
+    finished(path, rate_hz, found, samples, Vec::new())
 }
 
 /// [`load_clip`] for a file of up to [`MOST_CHANNELS`] channels; returns their mean, with a note.
@@ -102,22 +102,22 @@ pub fn load_clip_within(
 /// As [`load_clip`], more channels instead of one.
 pub fn load_recording(path: impl AsRef<Path>, rate_hz: u32) -> Result<(Clip, Vec<String>)> {
     let path = path.as_ref();
-    let (spec, samples) = read_samples(path, rate_hz, MOST_CHANNELS, MOST_SAMPLES)?;
-    let channels = usize::from(spec.channels);
+    let (found, samples) = read_samples(path, rate_hz, MOST_CHANNELS, MOST_SAMPLES)?;
+    let channels = usize::from(found.channels);
     if channels == 1 {
-        return finished(path, rate_hz, spec, samples, Vec::new());
+        return finished(path, rate_hz, found, samples, Vec::new());
     }
     let mean = |frame: &[f32]| frame.iter().sum::<f32>() / channels as f32;
     let mixed: Vec<f32> = samples.chunks_exact(channels).map(mean).collect();
     let note = format!("{}: {channels} channels mixed to one", path.display());
-    finished(path, rate_hz, spec, mixed, vec![note])
+    finished(path, rate_hz, found, mixed, vec![note])
 }
 
 /// Adds notes on the file, and resamples it if necessary.
 fn finished(
     path: &Path,
     rate_hz: u32,
-    spec: WavSpec,
+    found: Layout,
     samples: Vec<f32>,
     mut notes: Vec<String>,
 ) -> Result<(Clip, Vec<String>)> {
@@ -142,15 +142,15 @@ fn finished(
             }
         ));
     }
-    let samples = if spec.sample_rate == rate_hz {
+    let samples = if found.rate_hz == rate_hz {
         samples
     } else {
         notes.push(format!(
             "{}: resampled from {} Hz to {rate_hz} Hz",
             path.display(),
-            spec.sample_rate
+            found.rate_hz
         ));
-        resample(&samples, spec.sample_rate, rate_hz)
+        resample(&samples, found.rate_hz, rate_hz)
             .map_err(|e| Error::format(path, None, e, &conversion(path, "")))?
     };
     Ok((Clip { rate_hz, samples }, notes))
@@ -218,59 +218,48 @@ fn greatest_common_divisor(a: usize, b: usize) -> usize {
     }
 }
 
+/// Channels and sample rate of a file.
+#[derive(Debug, Clone, Copy)]
+struct Layout {
+    channels: u16,
+    rate_hz: u32,
+}
+
 /// Interleaved samples of a file with at most `most_channels` channels.
 fn read_samples(
     path: &Path,
     rate_hz: u32,
     most_channels: u16,
     most_samples: usize,
-) -> Result<(WavSpec, Vec<f32>)> {
+) -> Result<(Layout, Vec<f32>)> {
     let wrong = |problem: String, advice: &str| Error::format(path, None, problem, advice);
-    let file = File::open(path)
-        .map_err(|e| Error::file(path, e, "check the name and that the file may be read"))?;
-    let mut reader = wav_chunks(file)
-        .map_err(hound::Error::IoError)
-        .and_then(|chunks| WavReader::new(BufReader::new(chunks)))
-        .map_err(|e| read_error(path, e))?;
-    let spec = reader.spec();
-    if !(1..=most_channels).contains(&spec.channels) {
-        let problem = match most_channels {
-            1 => format!("has {} channels, a source needs one", spec.channels),
-            most => format!("has {} channels, not 1 to {most}", spec.channels),
-        };
-        return Err(wrong(problem, &conversion(path, " -c 1")));
-    }
-    if !RATES_HZ.contains(&spec.sample_rate) {
-        return Err(wrong(
-            format!("has a sample rate of {} Hz", spec.sample_rate),
-            &conversion(path, " -r 44100"),
-        ));
-    }
-    if reader.len() as usize > most_samples {
-        let problem = format!("has {} samples, more than {most_samples}", reader.len());
-        return Err(wrong(problem, "cut it into shorter files"));
-    }
-    let length = converted_length(reader.duration() as usize, spec.sample_rate, rate_hz);
-    let most = (MOST_GROWTH * reader.duration() as usize).clamp(MOST_MULTIPLIED, MOST_SAMPLES);
-    if spec.sample_rate != rate_hz && length > most {
-        let problem = format!("would be {length} samples at {rate_hz} Hz, more than {most}");
-        return Err(wrong(problem, "cut it into shorter files"));
-    }
-    let samples: hound::Result<Vec<f32>> = match (spec.sample_format, spec.bits_per_sample) {
-        (SampleFormat::Float, 32) => reader.samples::<f32>().collect(),
-        (SampleFormat::Int, bits @ (16 | 24 | 32)) => {
-            let scale = 1.0 / 2f64.powi(i32::from(bits) - 1);
-            let to_float = |code: i32| (f64::from(code) * scale) as f32;
-            reader.samples::<i32>().map(|s| s.map(to_float)).collect()
-        }
-        (_, bits) => {
-            return Err(wrong(
-                format!("has {bits}-bit samples, not 16, 24, 32 or float"),
-                &conversion(path, " -b 16"),
-            ));
-        }
+    let unreadable =
+        |e: std::io::Error| Error::file(path, e, "check the name and that the file may be read");
+    let mut file = File::open(path).map_err(unreadable)?;
+    let mut first = Vec::new();
+    let begun = file.by_ref().take(4).read_to_end(&mut first);
+    // A folder cannot be read, which the reader of WAV files says.
+    let is_compressed = begun.is_ok() && compressed::is_compressed(&first);
+    let checked = |found: Layout, count: usize| {
+        check_layout(path, most_channels, found)?;
+        check_length(path, rate_hz, most_samples, found, count).map(|()| found)
     };
-    let samples = samples.map_err(|e| read_error(path, e))?;
+    let (found, samples) = match is_compressed {
+        true => {
+            file.rewind().map_err(unreadable)?;
+            let decoded = compressed::decode(file, most_samples).map_err(|problem| {
+                let problem = format!("cannot be decoded: it {problem}");
+                wrong(problem, &conversion(path, ""))
+            })?;
+            let found = Layout {
+                channels: decoded.channels as u16,
+                rate_hz: decoded.rate_hz,
+            };
+            (checked(found, decoded.samples.len())?, decoded.samples)
+        }
+        // A pipe cannot be read again.
+        false => read_wav(path, Cursor::new(first).chain(file), checked)?,
+    };
     if samples.is_empty() {
         return Err(wrong(
             "holds no samples".into(),
@@ -284,7 +273,84 @@ fn read_samples(
             "export the file again from its origin",
         ));
     }
-    Ok((spec, samples))
+    Ok((found, samples))
+}
+
+fn check_layout(path: &Path, most_channels: u16, found: Layout) -> Result<()> {
+    let wrong = |problem: String, advice: &str| Error::format(path, None, problem, advice);
+    if !(1..=most_channels).contains(&found.channels) {
+        let problem = match most_channels {
+            1 => format!("has {} channels, a source needs one", found.channels),
+            most => format!("has {} channels, not 1 to {most}", found.channels),
+        };
+        return Err(wrong(problem, &conversion(path, " -c 1")));
+    }
+    if !RATES_HZ.contains(&found.rate_hz) {
+        return Err(wrong(
+            format!("has a sample rate of {} Hz", found.rate_hz),
+            &conversion(path, " -r 44100"),
+        ));
+    }
+    Ok(())
+}
+
+/// Refuses files that are too long, or would be after conversion.
+fn check_length(
+    path: &Path,
+    rate_hz: u32,
+    most_samples: usize,
+    found: Layout,
+    count: usize,
+) -> Result<()> {
+    let wrong = |problem: String, advice: &str| Error::format(path, None, problem, advice);
+    if count > most_samples {
+        let problem = format!("has {count} samples, more than {most_samples}");
+        return Err(wrong(problem, "cut it into shorter files"));
+    }
+    let frames = count / usize::from(found.channels);
+    let length = converted_length(frames, found.rate_hz, rate_hz);
+    let most = (MOST_GROWTH * frames).clamp(MOST_MULTIPLIED, MOST_SAMPLES);
+    if found.rate_hz != rate_hz && length > most {
+        let problem = format!("would be {length} samples at {rate_hz} Hz, more than {most}");
+        return Err(wrong(problem, "cut it into shorter files"));
+    }
+    Ok(())
+}
+
+/// Channels, rate and samples of a WAV file, whose header is checked before the samples are read.
+fn read_wav(
+    path: &Path,
+    file: impl Read,
+    checked: impl Fn(Layout, usize) -> Result<Layout>,
+) -> Result<(Layout, Vec<f32>)> {
+    let mut reader = wav_chunks(file)
+        .map_err(hound::Error::IoError)
+        .and_then(|chunks| WavReader::new(BufReader::new(chunks)))
+        .map_err(|e| read_error(path, e))?;
+    let spec = reader.spec();
+    let found = Layout {
+        channels: spec.channels,
+        rate_hz: spec.sample_rate,
+    };
+    let found = checked(found, reader.len() as usize)?;
+    let samples: hound::Result<Vec<f32>> = match (spec.sample_format, spec.bits_per_sample) {
+        (SampleFormat::Float, 32) => reader.samples::<f32>().collect(),
+        (SampleFormat::Int, bits @ (16 | 24 | 32)) => {
+            let scale = 1.0 / 2f64.powi(i32::from(bits) - 1);
+            let to_float = |code: i32| (f64::from(code) * scale) as f32;
+            reader.samples::<i32>().map(|s| s.map(to_float)).collect()
+        }
+        (_, bits) => {
+            return Err(Error::format(
+                path,
+                None,
+                format!("has {bits}-bit samples, not 16, 24, 32 or float"),
+                &conversion(path, " -b 16"),
+            ));
+        }
+    };
+    let samples = samples.map_err(|e| read_error(path, e))?;
+    Ok((found, samples))
 }
 
 fn read_error(path: &Path, error: hound::Error) -> Error {

@@ -127,7 +127,8 @@ macro_rules! twins {
 }
 
 twins!(
-    obj 0, materials 1, layout 2, listener 3, wav 4, c_calls 5, commit 6, matching 7, ply 8, gltf 9, saved 10, sofa 11
+    obj 0, materials 1, layout 2, listener 3, wav 4, c_calls 5, commit 6, matching 7, ply 8, gltf 9, saved 10, sofa 11,
+    compressed 12
 );
 
 #[test]

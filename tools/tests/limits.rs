@@ -226,6 +226,25 @@ fn sound_that_its_conversion_would_blow_up_is_refused() {
     }
 }
 
+/// Silence of half a minute in a few kilobytes: what is decoded is counted, not what is read.
+#[test]
+fn compressed_sound_is_refused_in_the_memory_of_the_limit() {
+    let _turn = TURN.lock();
+    let seeds = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fuzz/seeds/compressed");
+    let path = seeds.join("silence.flac");
+    let bytes = std::fs::read(&path).expect("is there");
+    assert!(bytes.len() < 1 << 15);
+    let (result, used) = peak_bytes_of(|| load_clip_within(&path, 44_100, 1 << 17));
+    refused(result, "more than 131072 samples");
+    // The samples, the copy while their list grows, and the decoder.
+    assert!(used < (1 << 17) * 12 + (1 << 20), "{used} bytes");
+    let (result, _) = peak_bytes_of(|| load_clip(&path, 48_000));
+    assert_eq!(
+        result.expect("is short enough").0.samples.len(),
+        30 * 48_000
+    );
+}
+
 #[cfg(unix)]
 #[test]
 fn endless_files_are_refused() {

@@ -183,3 +183,26 @@ pub(crate) fn wav(data: &[u8]) {
         assert!(clip.samples.samples().iter().all(|s| s.is_finite()));
     }
 }
+
+/// A FLAC or Ogg file, for the command line and for the bridges.
+pub(crate) fn compressed(data: &[u8]) {
+    let most = 1 << 16;
+    match foresound::output::compressed::decode(std::io::Cursor::new(data), most) {
+        Ok(found) => {
+            assert!((1..=64).contains(&found.channels) && found.rate_hz > 0);
+            assert!(!found.samples.is_empty() && found.samples.len() <= most);
+            assert!(found.samples.len().is_multiple_of(found.channels));
+        }
+        Err(problem) => assert!(!problem.is_empty() && !problem.contains('\n')),
+    }
+    if let Err(error) = load_clip_within(written("s.flac", data), 44_100, most) {
+        check_text(&error);
+    }
+    if data.len() < 1 << 13
+        && let Ok(handle) = foresound::bridge::clip::from_file(data, 2, 48_000)
+    {
+        let clip = foresound::bridge::clip::CLIPS.remove(handle);
+        let clip = clip.expect("a clip that was just made");
+        assert!(clip.samples.samples().iter().all(|s| s.is_finite()));
+    }
+}

@@ -13,7 +13,7 @@ pub(crate) mod saved;
 pub(crate) type Target = (&'static str, fn(&[u8]));
 
 /// All of them.
-pub(crate) const TARGETS: [Target; 12] = [
+pub(crate) const TARGETS: [Target; 13] = [
     ("obj", files::obj),
     ("materials", files::materials),
     ("layout", files::layout),
@@ -26,4 +26,5 @@ pub(crate) const TARGETS: [Target; 12] = [
     ("gltf", files::mesh_file),
     ("saved", saved::saved),
     ("sofa", files::sofa),
+    ("compressed", files::compressed),
 ];

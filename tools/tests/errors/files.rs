@@ -105,6 +105,9 @@ fn sounds(errors: &mut Errors, folder: &Path) {
     let cut = folder.join("cut.wav");
     std::fs::write(&cut, bytes).expect("written");
     errors.of("cut off", load_clip(cut, 44_100));
+    let flac = folder.join("cut.flac");
+    std::fs::write(&flac, b"fLaC\0\0\0\x22 and no more").expect("written");
+    errors.of("a FLAC file cut off", load_clip(flac, 44_100));
     let odd = folder.join("nan.wav");
     let spec = hound::WavSpec {
         channels: 1,
