@@ -63,6 +63,7 @@ fn frame(step: u32) -> FramePaths {
             })
             .collect(),
         late_groups: [LateGroup::isotropic([2.0, 2.0, 1.9, 1.8, 1.7, 1.5, 1.2, 0.8]); LATE_GROUPS],
+        wide: Vec::new(),
         obstructions: Vec::new(),
         high_air_np_per_s: [5.0, 8.7, 11.5, 14.4],
     }

@@ -55,7 +55,7 @@
     0u, 0u, FORESOUND_HRTF_SET, 1u, 1u, 3u, 0u, 1024u, 0.3f, -0.3f, 0.0, 1.0, FORESOUND_LAYOUT_BINAURAL, 0u, 0u, 1u}
 #define FORESOUND_SOURCE_OPTIONS_INIT {sizeof(ForesoundSourceOptions), 31u, 0.0f, 1.0f, {0.0f, 0.0f, 0.0f, 0.0f, \
     0.0f, 0.0f, 0.0f, 0.0f}, FORESOUND_DISTANCE_CURVE_PHYSICAL, 1.0f, 100.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, \
-    1.0f, 1.0f, 0u, 128u}
+    1.0f, 1.0f, 0u, 128u, {0.0f, 0.0f, 0.0f}, 16u}
 #define FORESOUND_PROPAGATION_OPTIONS_INIT {sizeof(ForesoundPropagationOptions), 1024u, 128u, 4u, 2u}
 #define FORESOUND_MATERIAL_OPTIONS_INIT {sizeof(ForesoundMaterialOptions), {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, \
     0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}}
@@ -884,6 +884,11 @@ typedef struct ForesoundSourceOptions {
   uint32_t is_2d;
   // 0 to 255: with more sources than slots, those of higher priority get slots of their own first.
   uint32_t priority;
+  // Semi-axes in metres of an ellipsoid around the source along its x, y and z, 0 to 1000; all 0: a point. A wide source
+  // sounds from points on the ellipsoid, of which a share may be hidden.
+  float extent_m[3];
+  // Number of those points, 4 to 32.
+  uint32_t extent_points;
 } ForesoundSourceOptions;
 
 // How a clip plays. Begin with FORESOUND_PLAY_OPTIONS_INIT or foresound_play_options_default, then change fields.
@@ -1287,6 +1292,26 @@ ForesoundStatus foresound_clip_from_stereo_wav(const uint8_t *bytes,
                                                size_t count,
                                                uint32_t engine_rate_hz,
                                                uint64_t *clip);
+
+// Makes a clip of a first-order sound field in AmbiX form, four interleaved channels W, Y, Z, X in SN3D; else as
+// foresound_clip_from_samples. A 2D source plays it around the listener, fixed in the world: its front is -z, its
+// left -x, its top +y. A source with a position plays W. Control thread.
+FORESOUND_API
+ForesoundStatus foresound_clip_from_ambix(const float *samples,
+                                          size_t count,
+                                          uint32_t rate_hz,
+                                          uint32_t engine_rate_hz,
+                                          uint64_t *clip);
+
+// Makes a clip of the bytes of a sound file: WAV, or FLAC or Ogg Vorbis if the library is built with its feature
+// `compressed`. `channels`: 1 for their mean, 2 for the first two, 4 for a sound field in AmbiX form, for which the
+// file must have four. Control thread.
+FORESOUND_API
+ForesoundStatus foresound_clip_from_file(const uint8_t *bytes,
+                                         size_t count,
+                                         uint32_t channels,
+                                         uint32_t engine_rate_hz,
+                                         uint64_t *clip);
 
 // Version of this interface: 65,536 x major + 256 x minor + patch. Another major number than
 // FORESOUND_API_VERSION's is incompatible, and foresound_engine_create refuses it. Any thread.

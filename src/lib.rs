@@ -124,9 +124,9 @@ pub use runtime::{
 };
 pub use scene::{
     DEFAULT_PRIORITY, Directivity, DirectivityTable, DistanceCurve, DistanceTable, Effects,
-    InstanceId, InstancePose, ListenerPose, MAX_DISTANCE_POINTS, MaterialTable, Scene,
-    SceneSettings, SourceId, SourceMix, SourcePose, SourceSettings, TriangleMesh,
-    procedural::shoebox,
+    InstanceId, InstancePose, ListenerPose, MAX_DISTANCE_POINTS, MAX_EXTENT_POINTS, MaterialTable,
+    Scene, SceneSettings, SourceExtent, SourceId, SourceMix, SourcePose, SourceSettings,
+    TriangleMesh, procedural::shoebox,
 };
 
 /// Reading meshes from files, and what the intake of a mesh found.
@@ -140,7 +140,7 @@ pub mod mesh {
 pub mod paths {
     pub use crate::extrapolation::{
         FramePath, FramePaths, LATE_DIRECTION_VECTORS, LATE_DIRECTIONS, LATE_GROUPS, LateGroup,
-        LateSend, Obstruction, PathKind,
+        LateSend, Obstruction, PathKind, WideArrival,
     };
     pub use crate::propagation::{
         LATE_SEGMENTS, LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathId, PathSet,
@@ -191,6 +191,9 @@ mod pages {
     #[cfg(doctest)]
     #[doc = include_str!("../docs/src/geometry.md")]
     mod geometry {}
+    #[cfg(doctest)]
+    #[doc = include_str!("../docs/src/mixing.md")]
+    mod mixing {}
     #[cfg(doctest)]
     #[doc = include_str!("../docs/src/phone.md")]
     mod phone {}

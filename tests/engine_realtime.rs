@@ -10,12 +10,12 @@ use foresound::extrapolation::PredictorKind;
 use foresound::generation::{GeneratorSettings, Hrtf, Layout};
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::{
-    AffinityPolicy, BusStatus, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime,
-    NullDevice, SoundThread,
+    AffinityPolicy, BusStatus, Clip, Engine, EngineSchedule, EngineSettings, EngineState,
+    FrameTime, NullDevice, PlaySettings, SoundThread,
 };
 use foresound::scene::{
-    InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId,
-    SourcePose, procedural,
+    InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings, SourceExtent,
+    SourceId, SourcePose, procedural,
 };
 use glam::{Quat, Vec3};
 
@@ -81,8 +81,15 @@ fn the_audio_side_neither_allocates_nor_frees() {
         if dice.is_multiple_of(3) && here.len() < SOURCES {
             let id = controller.add_source(middle).expect("a slot");
             if dice.is_multiple_of(2) {
-                let clip = Arc::clone(&clip);
-                controller.play(id, clip, true).expect("is there");
+                let clip = match id.slot() % 4 {
+                    2 => Clip::ambisonic(Arc::clone(&clip)),
+                    _ => Clip::mono(Arc::clone(&clip)),
+                };
+                let looped = PlaySettings {
+                    is_looped: true,
+                    ..PlaySettings::default()
+                };
+                controller.play_clip(id, clip, looped).expect("is there");
             } else {
                 let mut writer = controller.stream(id, 2000).expect("is there");
                 writer.write(&clip);
@@ -133,7 +140,14 @@ fn the_audio_side_neither_allocates_nor_frees() {
         let sway = Vec3::X * (frame as f32 * 0.05).sin();
         let moved: Vec<SourcePose> = here
             .iter()
-            .map(|&id| SourcePose::at(id, middle + sway))
+            .map(|&id| {
+                let mut pose = SourcePose::at(id, middle + sway);
+                if id.slot() % 4 == 1 {
+                    pose.settings.extent = SourceExtent::sphere(0.7);
+                }
+                pose.settings.is_2d = id.slot() % 4 == 2;
+                pose
+            })
             .collect();
         let listener = ListenerPose::facing(middle - sway, frame as f32 * 0.01);
         controller.tick(listener, &moved).expect("good poses");

@@ -80,6 +80,7 @@ fn frames() -> Vec<FramePaths> {
                 })
                 .collect(),
             late_groups: [LateGroup::isotropic([0.4 + 0.1 * (k % 5) as f32; 8]); LATE_GROUPS],
+            wide: Vec::new(),
             obstructions: Vec::new(),
             high_air_np_per_s: [5.0, 8.7, 11.5, 14.4],
         })

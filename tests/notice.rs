@@ -44,6 +44,13 @@ The crate oboe-sys contains Oboe, Copyright The Android Open Source Project, lic
 License, Version 2.0.
 
 
+FLAC AND OGG VORBIS (only where the library is built with its feature `compressed`, and in the command line)
+
+The crates symphonia, symphonia-bundle-flac, symphonia-codec-vorbis, symphonia-common, symphonia-core, symphonia-format-ogg and
+symphonia-metadata, Copyright The Project Symphonia Developers, are licensed under the Mozilla Public License, Version 2.0
+(https://mozilla.org/MPL/2.0/). Their source is unchanged: https://github.com/pdeljanov/Symphonia.
+
+
 RUST STANDARD LIBRARY
 
 Copyright (c) The Rust Project contributors, MIT or Apache-2.0. It contains parts of LLVM's runtime libraries (libunwind,

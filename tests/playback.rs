@@ -1,46 +1,13 @@
-//! Clips in an engine: on time, in stereo, with ramps, forgotten after their end.
+//! Clips in an engine: on time, in stereo, around the listener, with ramps, forgotten after their end.
 
-use std::sync::Arc;
-
-use foresound::runtime::{
-    AffinityPolicy, Clip, Controller, Engine, EngineSchedule, EngineSettings, FrameTime,
-    PlaySettings, PlaybackState, Renderer,
-};
+use foresound::Error;
+use foresound::Layout;
+use foresound::runtime::{Clip, Controller, PlaySettings, PlaybackState};
 use foresound::scene::{ListenerPose, SourceId, SourceSettings};
-use foresound::{Error, Hrtf};
 use glam::Vec3;
 
-const RATE_HZ: u32 = 44_100;
-const BLOCK: usize = 735;
-
-fn engine() -> (Controller, Renderer) {
-    let mut settings = EngineSettings::default();
-    settings.generation.max_sources = 4;
-    settings.generation.limiter = false;
-    settings.generation.late = false;
-    settings.generation.max_delay_s = 0.2;
-    settings.propagation.guide_rays = 16;
-    settings.propagation.source_rays = 16;
-    settings.schedule = EngineSchedule::Synchronous;
-    settings.affinity = AffinityPolicy::None;
-    settings.frame_time = FrameTime::Fixed(1.0 / 60.0);
-    settings.hrtf = Some(Arc::new(Hrtf::omnidirectional(RATE_HZ).expect("a set")));
-    Engine::new(settings).expect("an engine")
-}
-
-/// Interleaved stereo over graphics frames.
-fn run(controller: &mut Controller, renderer: &mut Renderer, frames: usize) -> Vec<f32> {
-    let mut heard = Vec::new();
-    let mut block = [0.0; 2 * BLOCK];
-    for _ in 0..frames {
-        controller
-            .tick(ListenerPose::default(), &[])
-            .expect("a good pose");
-        renderer.render(&mut block);
-        heard.extend(block);
-    }
-    heard
-}
+mod small_engine;
+use small_engine::{BLOCK, RATE_HZ, engine, run};
 
 /// A 2D source.
 fn flat(controller: &mut Controller) -> SourceId {
@@ -213,4 +180,128 @@ fn values_out_of_range_are_refused_and_sound_goes_on() {
         controller.playback(id).expect("is there").state,
         PlaybackState::Playing
     );
+}
+
+/// A field of one plane wave in AmbiX form, from a direction in its own coordinates (x ahead, y to the left, z up).
+fn wave(samples: &[f32], [x, y, z]: [f32; 3]) -> Clip {
+    let frames = samples.iter();
+    Clip::ambisonic(
+        frames
+            .flat_map(|s| [*s, s * y, s * z, s * x])
+            .collect::<Vec<f32>>(),
+    )
+}
+
+/// Energies of the channels for a listener turned to the left by so many radians.
+fn field_energies(layout: Layout, clip: Clip, turned: f32) -> Vec<f64> {
+    let (mut controller, mut renderer) = small_engine::engine_with(|settings| {
+        settings.generation.layout = layout;
+        settings.hrtf = None;
+    });
+    let id = flat(&mut controller);
+    let settings = PlaySettings {
+        is_looped: true,
+        ..PlaySettings::default()
+    };
+    controller.play_clip(id, clip, settings).expect("is there");
+    let listener = ListenerPose::facing(Vec3::ZERO, turned);
+    let channels = renderer.channels();
+    let (mut block, mut energies) = (vec![0.0; channels * BLOCK], vec![0.0; channels]);
+    for frame in 0..40 {
+        controller.tick(listener, &[]).expect("a good pose");
+        renderer.render(&mut block);
+        for heard in block.chunks_exact(channels).filter(|_| frame >= 10) {
+            for (energy, sample) in energies.iter_mut().zip(heard) {
+                *energy += f64::from(*sample).powi(2);
+            }
+        }
+    }
+    energies
+}
+
+fn noise(count: usize) -> Vec<f32> {
+    let mut state = 1u32;
+    let mut next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / (1 << 25) as f32 - 0.25
+    };
+    (0..count).map(|_| next()).collect()
+}
+
+#[test]
+fn a_sound_field_stays_in_the_world_while_the_head_turns() {
+    let noise = noise(RATE_HZ as usize / 4);
+    let left = || wave(&noise, [0.0, 1.0, 0.0]);
+    let db = |ratio: f64| 10.0 * ratio.log10();
+    for name in ["binaural", "stereo", "5.1"] {
+        let layout: Layout = name.parse().expect("is a layout");
+        let sides = |turned: f32| {
+            let energies = field_energies(layout, left(), turned);
+            db(energies[0] / energies[1])
+        };
+        let (ahead, towards, away) = (sides(0.0), sides(1.6), sides(3.1));
+        println!("{name}: {ahead:.1} dB ahead, {towards:.1} dB towards it, {away:.1} dB away");
+        assert!(ahead > 3.0 && away < -3.0 && towards.abs() < 1.5, "{name}");
+    }
+    // Ambisonics passes on: facing the wave, its energy is in W and X.
+    let energies = field_energies(Layout::Ambisonics1, left(), std::f32::consts::FRAC_PI_2);
+    assert!(
+        (energies[3] / energies[0] - 1.0).abs() < 1e-3,
+        "{energies:?}"
+    );
+    assert!(energies[1] < 1e-6 * energies[0] && energies[2] < 1e-6 * energies[0]);
+}
+
+/// The same field from many directions has the same total energy in all layouts: that of two ears.
+#[test]
+fn a_sound_field_is_as_loud_in_every_layout() {
+    let noise = noise(RATE_HZ as usize / 4);
+    let sent: f64 = noise.iter().map(|s| f64::from(*s).powi(2)).sum();
+    let sent = sent / noise.len() as f64 * (30 * BLOCK) as f64;
+    let mut levels = Vec::new();
+    for name in [
+        "binaural", "stereo", "mono", "5.1", "7.1.4", "ambix1", "ambix3",
+    ] {
+        let layout: Layout = name.parse().expect("is a layout");
+        // The corners of an octahedron: their mean is that of all directions for a field of first order.
+        let mut energy = 0.0;
+        for axis in 0..3 {
+            for side in [1.0, -1.0] {
+                let mut direction = [0.0; 3];
+                direction[axis] = side;
+                let energies = field_energies(layout, wave(&noise, direction), 0.4);
+                let counted = layout.ambisonics_order().map_or(energies.len(), |_| 1);
+                energy += energies[..counted].iter().sum::<f64>() / 6.0;
+            }
+        }
+        levels.push((name, 10.0 * (energy / (2.0 * sent)).log10()));
+    }
+    println!("{levels:.2?} dB");
+    assert!(levels.iter().all(|(_, db)| db.abs() < 0.5), "{levels:.2?}");
+}
+
+#[test]
+fn a_sound_field_on_a_source_with_a_position_is_its_first_channel() {
+    let (mut controller, mut renderer) = engine();
+    let heard = [
+        wave(&[0.5; 4000], [0.0, 0.9, 0.1]),
+        Clip::mono(vec![0.5; 4000]),
+    ]
+    .map(|clip| {
+        let id = controller.add_source(Vec3::NEG_Z).expect("a slot");
+        let settings = PlaySettings::default();
+        controller.play_clip(id, clip, settings).expect("is there");
+        let heard = run(&mut controller, &mut renderer, 10);
+        controller.remove_source(id).expect("is there");
+        run(&mut controller, &mut renderer, 40);
+        heard
+    });
+    assert!(heard[0].iter().any(|s| s.abs() > 0.2));
+    assert_eq!(heard[0], heard[1]);
+    for channels in [0, 3, 5, 16] {
+        let refused = Clip::with_channels(vec![0.0; 240], channels);
+        assert!(matches!(refused, Err(Error::Setting { .. })), "{channels}");
+    }
+    let field = Clip::with_channels(vec![0.0; 240], 4).expect("is a field");
+    assert_eq!((field.frames(), field.channels()), (60, 4));
 }

@@ -7,15 +7,16 @@ use foresound::extrapolation::{
     Extrapolator, FramePath, FramePaths, LateSend, PathKind, PredictorKind,
 };
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
-use foresound::runtime::{
-    AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, FrameTime, Renderer,
-};
+use foresound::runtime::{Controller, EngineSettings, Renderer};
 use foresound::scene::{
     DistanceCurve, DistanceTable, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId,
     SourceMix, SourcePose, procedural,
 };
-use foresound::{BANDS, Error, Hrtf};
+use foresound::{BANDS, Error};
 use glam::Vec3;
+
+mod small_engine;
+use small_engine::{BLOCK, RATE_HZ};
 
 /// Two rooms and a door, a source in one of them.
 struct World {
@@ -266,24 +267,15 @@ fn doppler_scales_the_delay_of_direct_sound_and_air_can_be_left_out() {
     drop(world.propagator);
 }
 
-const RATE_HZ: u32 = 44_100;
-const BLOCK: usize = 735;
 const TONE: f32 = 0.1;
 /// Radians a sample of the tone.
 const STEP: f32 = 0.02;
 
+/// The default delay lines: a source is half a kilometre away.
 fn engine() -> (Controller, Renderer) {
-    let mut settings = EngineSettings::default();
-    settings.generation.max_sources = 4;
-    settings.generation.limiter = false;
-    settings.generation.late = false;
-    settings.propagation.guide_rays = 16;
-    settings.propagation.source_rays = 16;
-    settings.schedule = EngineSchedule::Synchronous;
-    settings.affinity = AffinityPolicy::None;
-    settings.frame_time = FrameTime::Fixed(1.0 / 60.0);
-    settings.hrtf = Some(Arc::new(Hrtf::omnidirectional(RATE_HZ).expect("a set")));
-    Engine::new(settings).expect("an engine")
+    small_engine::engine_with(|settings| {
+        settings.generation.max_delay_s = EngineSettings::default().generation.max_delay_s;
+    })
 }
 
 fn tone(seconds: usize) -> Arc<[f32]> {
@@ -294,16 +286,8 @@ fn tone(seconds: usize) -> Arc<[f32]> {
 
 /// The left ear over graphics frames.
 fn run(controller: &mut Controller, renderer: &mut Renderer, frames: usize) -> Vec<f32> {
-    let mut heard = Vec::new();
-    let mut block = [0.0; 2 * BLOCK];
-    for _ in 0..frames {
-        controller
-            .tick(ListenerPose::default(), &[])
-            .expect("a good pose");
-        renderer.render(&mut block);
-        heard.extend(block.chunks_exact(2).map(|pair| pair[0]));
-    }
-    heard
+    let heard = small_engine::run(controller, renderer, frames);
+    heard.chunks_exact(2).map(|pair| pair[0]).collect()
 }
 
 fn steepest(heard: &[f32]) -> f32 {

@@ -94,6 +94,9 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
         voice.configure(SourceOptions(lateReverb = false, directivity = FloatArray(8) { 0.5f }))
         refuses<IllegalArgumentException> { voice.configure(SourceOptions(occlusion = 2f)) }
         refuses<IllegalArgumentException> { voice.configure(SourceOptions(priority = 256)) }
+        refuses<IllegalArgumentException> { voice.configure(SourceOptions(extentM = floatArrayOf(1f, -1f, 0f))) }
+        refuses<IllegalArgumentException> { voice.configure(SourceOptions(extentPoints = 3)) }
+        voice.configure(SourceOptions(extentM = floatArrayOf(0.5f, 0.3f, 2f)))
         refuses<IllegalArgumentException> {
             voice.configure(SourceOptions(distanceCurve = DistanceCurve.LINEAR, distanceMinM = 9f, distanceMaxM = 3f))
         }

@@ -1,4 +1,4 @@
-//! Clips: samples of one or two channels at an engine's rate, from the app's samples or from the bytes of a WAV file.
+//! Clips: samples of one, two or four channels at an engine's rate, from the app's samples or from the bytes of a sound file.
 //!
 //! Any control thread; allocates four bytes a sample, and four a sample of the result if the rate is converted.
 
@@ -14,7 +14,7 @@ use crate::runtime;
 
 /// A clip's samples.
 pub struct Clip {
-    /// One channel or two.
+    /// One channel, two or four.
     pub samples: runtime::Clip,
     /// Sample rate in Hz.
     pub rate_hz: u32,
@@ -34,7 +34,7 @@ const MOST_GROWTH: u64 = 8;
 /// Maximum magnitude of a sample: 32-bit integers stored as floats. The conversion of larger ones may overflow.
 const LOUDEST_SAMPLE: f32 = 2_147_483_648.0;
 
-/// Makes a clip of samples at `rate_hz` for an engine at `engine_rate_hz`; `channels` interleaved ones, 1 or 2.
+/// Makes a clip of samples at `rate_hz` for an engine at `engine_rate_hz`; `channels` interleaved ones, 1, 2 or 4 (AmbiX).
 ///
 /// # Errors
 /// [`Status::BadArgument`] for a rate outside 1,000 to 384,000 Hz, another number of channels, a sample that is NaN or beyond
@@ -48,7 +48,10 @@ pub fn from_samples(
 ) -> Result<u64, CallError> {
     check_channels(channels)?;
     if !samples.len().is_multiple_of(channels as usize) {
-        let text = format!("samples: {} samples are no frames of 2", samples.len());
+        let text = format!(
+            "samples: {} samples are no frames of {channels}",
+            samples.len()
+        );
         return Err(CallError::bad(text));
     }
     check_length(samples.len() as u64, rate_hz, engine_rate_hz)?;
@@ -65,29 +68,84 @@ fn converted(samples: &[f32], channels: u32, rate_hz: u32, engine_rate_hz: u32) 
     if channels == 1 {
         return resample(samples, rate_hz, engine_rate_hz);
     }
+    let channels = channels as usize;
     let convert = |first: usize| {
-        let channel: Vec<f32> = samples.iter().skip(first).step_by(2).copied().collect();
-        resample(&channel, rate_hz, engine_rate_hz)
+        let own = samples.iter().skip(first).step_by(channels);
+        resample(&own.copied().collect::<Vec<f32>>(), rate_hz, engine_rate_hz)
     };
-    let [left, right] = [0, 1].map(convert);
-    let pairs = left.iter().zip(right.iter());
-    pairs.flat_map(|(left, right)| [*left, *right]).collect()
+    let each: Vec<Arc<[f32]>> = (0..channels).map(convert).collect();
+    let frames = 0..each[0].len();
+    frames
+        .flat_map(|frame| each.iter().map(move |channel| channel[frame]))
+        .collect()
 }
 
 fn check_channels(channels: u32) -> Result<(), CallError> {
     match channels {
-        1 | 2 => Ok(()),
+        1 | 2 | 4 => Ok(()),
         _ => Err(CallError::bad(format!(
-            "channels: {channels} is outside 1 to 2"
+            "channels: {channels} is not 1, 2 or 4"
         ))),
     }
 }
 
-/// Makes a clip of the bytes of a WAV file: 8 to 32 bits or float, any number of channels, which are averaged (`kept` 1) or
-/// of which the first two are kept (`kept` 2; one counts twice).
+/// Refuses a file without a sound field where one is wanted.
+fn check_field(kept: u32, channels: usize) -> Result<(), CallError> {
+    if kept != 4 || channels == 4 {
+        return Ok(());
+    }
+    let text = format!(
+        "the file has {channels} channels; a sound field needs four, W, Y, Z and X in AmbiX form"
+    );
+    Err(CallError::new(Status::Format, text))
+}
+
+/// Makes a clip of the bytes of a sound file, told by its content: WAV as of [`from_wav`], or FLAC or Ogg Vorbis where the
+/// library has its feature `compressed`.
 ///
 /// # Errors
-/// [`Status::Format`] for another file format; those of [`from_samples`].
+/// [`Status::Format`] for another file format or one that the library is built without; those of [`from_samples`].
+pub fn from_file(bytes: &[u8], kept: u32, engine_rate_hz: u32) -> Result<u64, CallError> {
+    if !(bytes.starts_with(b"fLaC") || bytes.starts_with(b"OggS")) {
+        return from_wav(bytes, kept, engine_rate_hz);
+    }
+    check_channels(kept)?;
+    from_compressed(bytes, kept, engine_rate_hz)
+}
+
+#[cfg(not(feature = "compressed"))]
+fn from_compressed(_: &[u8], _: u32, _: u32) -> Result<u64, CallError> {
+    let text =
+        "FLAC and Ogg files need a library built with its feature `compressed`; pass a WAV file";
+    Err(CallError::new(Status::Format, text))
+}
+
+#[cfg(feature = "compressed")]
+fn from_compressed(bytes: &[u8], kept: u32, engine_rate_hz: u32) -> Result<u64, CallError> {
+    let file =
+        crate::output::compressed::decode(std::io::Cursor::new(bytes), MOST_SAMPLES as usize)
+            .map_err(|problem| CallError::new(Status::Format, format!("the file {problem}")))?;
+    let (channels, rate_hz) = (file.channels, file.rate_hz);
+    check_field(kept, channels)?;
+    let count = u64::from(kept) * (file.samples.len() / channels) as u64;
+    check_length(count, rate_hz, engine_rate_hz)?;
+    let mut samples = vec![0.0; count as usize];
+    let found = file.samples.into_iter().map(Ok);
+    // No sample is an error.
+    let _ = read(&mut samples, kept as usize, channels, found);
+    check_samples(&samples)?;
+    let samples = match rate_hz == engine_rate_hz {
+        true => samples.into(),
+        false => converted(&samples, kept, rate_hz, engine_rate_hz),
+    };
+    insert(samples, kept, engine_rate_hz)
+}
+
+/// Makes a clip of the bytes of a WAV file: 8 to 32 bits or float, any number of channels, which are averaged (`kept` 1) or
+/// of which the first two are kept (`kept` 2; one counts twice), or four, a sound field (`kept` 4).
+///
+/// # Errors
+/// [`Status::Format`] for another file format, and for other than four channels with `kept` 4; those of [`from_samples`].
 pub fn from_wav(bytes: &[u8], kept: u32, engine_rate_hz: u32) -> Result<u64, CallError> {
     check_channels(kept)?;
     let wrong = |error: hound::Error| {
@@ -105,6 +163,7 @@ pub fn from_wav(bytes: &[u8], kept: u32, engine_rate_hz: u32) -> Result<u64, Cal
         engine_rate_hz,
     )?;
     let channels = usize::from(spec.channels.max(1));
+    check_field(kept, channels)?;
     // A header may promise more than there is.
     let count = (reader.duration() as usize).min(bytes.len());
     let kept_channels = kept as usize;
@@ -192,7 +251,8 @@ fn check_samples(samples: &[f32]) -> Result<(), CallError> {
 fn insert(samples: Arc<[f32]>, channels: u32, rate_hz: u32) -> Result<u64, CallError> {
     let samples = match channels {
         1 => runtime::Clip::mono(samples),
-        _ => runtime::Clip::stereo(samples),
+        2 => runtime::Clip::stereo(samples),
+        _ => runtime::Clip::ambisonic(samples),
     };
     CLIPS.insert(Clip { samples, rate_hz })
 }
@@ -215,6 +275,11 @@ mod tests {
             assert!(from_samples(&[0.0; 6], channels, 48_000, 48_000).is_err());
         }
         assert!(from_samples(&[0.0; 3], 2, 48_000, 48_000).is_err());
+        assert!(from_samples(&[0.0; 6], 4, 48_000, 48_000).is_err());
+        for bytes in [&b"fLaC"[..], b"OggS", b"fLaC\0\0\0\x22 and no more"] {
+            let error = from_file(bytes, 1, 48_000).expect_err("is cut off");
+            assert_eq!(error.status, Status::Format, "{error}");
+        }
     }
 
     #[test]
@@ -238,5 +303,10 @@ mod tests {
         assert_eq!(*samples(1).samples(), [0.25, -0.5]);
         assert_eq!(*samples(2).samples(), [0.5, 0.0, -0.5, -0.5]);
         assert_eq!((samples(2).frames(), samples(2).channels()), (2, 2));
+        let error = from_file(bytes.get_ref(), 4, 48_000).expect_err("is no field");
+        assert!(error.message.contains("2 channels"), "{error}");
+        let field = from_samples(&[0.25; 8], 4, 48_000, 96_000).expect("is a field");
+        let field = CLIPS.remove(field).expect("is open").samples;
+        assert_eq!((field.frames(), field.channels()), (4, 4));
     }
 }

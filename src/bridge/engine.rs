@@ -21,7 +21,7 @@ use crate::propagation::PropagationSettings;
 use crate::runtime::{Controller, Engine};
 use crate::scene::{
     DEFAULT_PRIORITY, Directivity, DirectivityTable, DistanceCurve as Curve, DistanceTable,
-    Effects, ListenerPose, SourceMix, SourcePose, SourceSettings,
+    Effects, ListenerPose, SourceExtent, SourceMix, SourcePose, SourceSettings,
 };
 use glam::Vec3;
 use std::sync::Arc;
@@ -70,6 +70,11 @@ record! {
         pub is_2d: u32,
         /// 0 to 255: with more sources than slots, those of higher priority get slots of their own first.
         pub priority: u32,
+        /// Semi-axes in metres of an ellipsoid around the source along its x, y and z, 0 to 1000; all 0: a point. A wide source
+        /// sounds from points on the ellipsoid, of which a share may be hidden.
+        pub extent_m: [f32; 3],
+        /// Number of those points, 4 to 32.
+        pub extent_points: u32,
     }
 }
 
@@ -95,6 +100,8 @@ impl Default for SourceOptions {
             air_absorption: mix.air_absorption,
             is_2d: 0,
             priority: DEFAULT_PRIORITY.into(),
+            extent_m: [0.0; 3],
+            extent_points: SourceExtent::POINT.points as u32,
         }
     }
 }
@@ -201,6 +208,10 @@ impl SourceOptions {
                 table: None,
             },
             radius_m: (self.radius_m > 0.0).then_some(self.radius_m),
+            extent: SourceExtent {
+                semi_axes_m: Vec3::from_array(self.extent_m),
+                points: self.extent_points as usize,
+            },
             effects: Effects {
                 direct: has(Effect::Direct),
                 reflections: has(Effect::Reflections),

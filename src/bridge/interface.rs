@@ -371,6 +371,24 @@ macro_rules! shared_functions {
             unsafe fn foresound_clip_from_stereo_wav(bytes[count]: Bytes, engine_rate_hz: Count) -> clip: Handle {
                 clip::from_wav(&bytes, 2, engine_rate_hz)
             }
+
+            /// Makes a clip of a first-order sound field in AmbiX form, four interleaved channels W, Y, Z, X in SN3D; else as
+            /// foresound_clip_from_samples. A 2D source plays it around the listener, fixed in the world: its front is -z, its
+            /// left -x, its top +y. A source with a position plays W. Control thread.
+            unsafe fn foresound_clip_from_ambix(
+                samples[count]: Samples, rate_hz: Count, engine_rate_hz: Count
+            ) -> clip: Handle {
+                clip::from_samples(&samples, 4, rate_hz, engine_rate_hz)
+            }
+
+            /// Makes a clip of the bytes of a sound file: WAV, or FLAC or Ogg Vorbis if the library is built with its feature
+            /// `compressed`. `channels`: 1 for their mean, 2 for the first two, 4 for a sound field in AmbiX form, for which the
+            /// file must have four. Control thread.
+            unsafe fn foresound_clip_from_file(
+                bytes[count]: Bytes, channels: Count, engine_rate_hz: Count
+            ) -> clip: Handle {
+                clip::from_file(&bytes, channels, engine_rate_hz)
+            }
         }
     };
 }

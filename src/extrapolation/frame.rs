@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 use crate::acoustics::BandArray;
 use crate::acoustics::medium::HIGH_AIR_HZ;
 use crate::propagation::{Path, PathId};
-use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
+use crate::scene::{ListenerPose, MAX_EXTENT_POINTS, Scene, SourceId, SourcePose};
 
 pub use crate::propagation::{
     LATE_DIRECTION_VECTORS, LATE_DIRECTIONS, LATE_GROUPS, LATE_SEGMENTS, LateGroup,
@@ -138,13 +138,61 @@ pub struct LateSend {
 pub struct Obstruction {
     /// The source.
     pub source: SourceId,
-    /// Whether anything blocks the straight line.
+    /// Whether anything blocks the straight line; of a wide source, the lines to all of its points.
     pub is_blocked: bool,
-    /// How much of the straight line is blocked, 0 to 1, times the strength of the source's occlusion.
+    /// How much of the straight line is blocked, 0 to 1, times the strength of the source's occlusion: of a point 0 or 1, of a
+    /// wide source the share of its points.
     pub occlusion: f32,
     /// Pressure factor of all walls on the straight line per band, before the source's mix: 1 where nothing blocks it, 0
-    /// where walls are opaque or the source's transmission is off.
+    /// where walls are opaque or the source's transmission is off. Of a wide source the mean over its hidden points.
     pub transmission: BandArray,
+}
+
+/// The directions of a path from a wide source. Its own direction is their mean.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WideArrival {
+    /// The path.
+    pub id: PathId,
+    /// Unit vectors in world coordinates from the listener; the first `count` matter.
+    pub directions: [Vec3; MAX_EXTENT_POINTS],
+    /// Share of the path's energy from each direction; their sum is 1.
+    pub shares: [f32; MAX_EXTENT_POINTS],
+    /// Number of directions.
+    pub count: usize,
+}
+
+impl WideArrival {
+    /// From points in world coordinates with their energies; `None` without energy.
+    pub(super) fn of(
+        id: PathId,
+        points: impl Iterator<Item = (Vec3, f32)>,
+        listener: Vec3,
+    ) -> Option<Self> {
+        let mut arrival = Self {
+            id,
+            directions: [Vec3::NEG_Z; MAX_EXTENT_POINTS],
+            shares: [0.0; MAX_EXTENT_POINTS],
+            count: 0,
+        };
+        let mut total = 0.0;
+        for (point, energy) in points.filter(|(_, energy)| *energy > 0.0) {
+            let Some(direction) = (point - listener).try_normalize() else {
+                continue;
+            };
+            arrival.directions[arrival.count] = direction;
+            arrival.shares[arrival.count] = energy;
+            arrival.count += 1;
+            total += energy;
+        }
+        arrival.shares.iter_mut().for_each(|share| *share /= total);
+        (total > 0.0 && total.is_finite()).then_some(arrival)
+    }
+
+    /// Directions and shares.
+    pub fn iter(&self) -> impl Iterator<Item = (Vec3, f32)> {
+        let shares = self.shares.iter().copied();
+        self.directions.iter().copied().zip(shares).take(self.count)
+    }
 }
 
 /// One graphics frame for generation. The default is silence: no paths, no late reverb.
@@ -161,6 +209,8 @@ pub struct FramePaths {
     pub orientation: Quat,
     /// Paths, sorted by [`FramePath::id`].
     pub paths: Vec<FramePath>,
+    /// Directions of the paths that come from a wide source, sorted by identity; at most one a source.
+    pub wide: Vec<WideArrival>,
     /// What blocks each source, in the order of the sources.
     pub obstructions: Vec<Obstruction>,
     /// Late reverb sends, at most [`LATE_SEGMENTS`] per source and group, in the order of the segments.
@@ -176,6 +226,7 @@ impl Default for FramePaths {
         Self {
             orientation: Quat::IDENTITY,
             paths: Vec::new(),
+            wide: Vec::new(),
             obstructions: Vec::new(),
             late: Vec::new(),
             late_groups: Default::default(),

@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 
-use crate::acoustics::BANDS;
+use crate::acoustics::{BANDS, BandArray};
 use crate::extrapolation::frame::{FramePath, LateSend, PathKind};
 use crate::propagation::amplitude::apply_directivity;
 use crate::propagation::endpoints::Endpoints;
@@ -156,13 +156,14 @@ pub(super) fn find(mixes: &[FrameMix], source: SourceId) -> Option<&FrameMix> {
 
 impl FrameMix {
     /// Applies the strengths of occlusion and transmission to the direct paths of a source, the last of `paths` from index
-    /// `first` on: `o·t·A + (1 − o)·F` with the path's amplitude A and that of the free field F.
+    /// `first` on: `o·t·A + (1 − o)·F` with the path's amplitude A and that of the free field F. Given are whether `t` counts,
+    /// and F of a wide source.
     pub(super) fn apply_to_direct(
         &self,
         scene: &Scene,
         endpoints: &Endpoints,
         listener: &ListenerPose,
-        is_blocked: bool,
+        (is_blocked, wide_free): (bool, Option<&BandArray>),
         paths: &mut Vec<FramePath>,
         first: usize,
     ) {
@@ -178,7 +179,10 @@ impl FrameMix {
         let through = if is_blocked { transmission } else { 1.0 };
         let (from, to) = (endpoints.from, endpoints.to);
         let mut free = unoccluded_path(scene, pose.id, from, to, endpoints.min_distance_m);
-        apply_directivity(&mut free.amplitude, pose, to - from);
+        match wide_free {
+            Some(amplitude) => free.amplitude = *amplitude,
+            None => apply_directivity(&mut free.amplitude, pose, to - from),
+        }
         if !paths[first..].iter().any(|path| path.kind.is_straight()) {
             if occlusion == 1.0 {
                 return;

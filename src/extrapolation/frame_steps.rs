@@ -4,17 +4,17 @@
 //! spent, and the next part resumes there. The parts do not affect the result.
 
 use super::extrapolator::{Extrapolator, Rule, Step};
-use super::frame::{FramePath, FramePaths, LateSend, Obstruction, PathKind, allows};
+use super::frame::{FramePath, FramePaths, LateSend, Obstruction, PathKind, WideArrival, allows};
 use super::frame_mix::find as find_mix;
 use super::predictor::{FrameContext, TrackedPath};
 use crate::acoustics::BANDS;
 use crate::extrapolation::geometric::{FrameInputs, extrapolate_late};
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
-use crate::propagation::LateEnergy;
-use crate::propagation::diffraction::direct_field;
+use crate::propagation::diffraction::{direct_field, wide_field};
 use crate::propagation::diffuse::late_segments;
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::transmission::unoccluded_path;
+use crate::propagation::{LateEnergy, Path};
 use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, SourceId, SourcePose};
 
@@ -52,6 +52,7 @@ impl Extrapolator {
         };
         if first == 0 {
             result.paths.clear();
+            result.wide.clear();
             result.obstructions.clear();
             self.occluded.clear();
             self.mixes.clear();
@@ -67,32 +68,63 @@ impl Extrapolator {
             let edges = self.direct_edges(&endpoints);
             let edges = edges.as_slice().iter().map(|found| found.edge);
             let scene = self.scenes.current();
-            let field = direct_field(scene, &endpoints, edges, &mut rays, &mut |path| {
+            let (ear, min_distance_m) = (listener.position, endpoints.min_distance_m);
+            let mix = self.smoother.frame_mix(pose, ear, min_distance_m);
+            let mut emit = |path: Path| {
                 result
                     .paths
                     .push(FramePath::of(&path, pose.position, listener, scene));
+            };
+            let rays_cast = &mut rays;
+            let wide = pose.settings.extent.is_wide().then(|| {
+                let through = mix.mix.transmission;
+                wide_field(
+                    scene,
+                    &endpoints,
+                    edges.clone(),
+                    through,
+                    rays_cast,
+                    &mut emit,
+                )
             });
+            let field = match &wide {
+                Some(wide) => wide.direct,
+                None => direct_field(scene, &endpoints, edges, &mut rays, &mut emit),
+            };
             self.occluded.push(!field.visible);
-            let is_blocked = field.through != [1.0; BANDS];
+            let hidden_share = match &wide {
+                Some(wide) => 1.0 - wide.visible_share,
+                None => f32::from(u8::from(field.through != [1.0; BANDS])),
+            };
+            let is_blocked = hidden_share >= 1.0;
             if is_blocked {
                 let straight = result.paths[before..].iter_mut();
                 straight
                     .filter(|path| path.kind.is_straight())
                     .for_each(|path| path.kind = PathKind::Transmitted);
             }
-            let (ear, min_distance_m) = (listener.position, endpoints.min_distance_m);
-            let mix = self.smoother.frame_mix(pose, ear, min_distance_m);
             result.obstructions.push(Obstruction {
                 source: pose.id,
                 is_blocked,
-                occlusion: if is_blocked { mix.mix.occlusion } else { 0.0 },
+                occlusion: hidden_share * mix.mix.occlusion,
                 transmission: field.through,
             });
             let paths = &mut result.paths;
-            mix.apply_to_direct(scene, &endpoints, listener, is_blocked, paths, before);
+            // What comes through walls from a wide source has its gain.
+            let line = match &wide {
+                Some(wide) => (false, Some(&wide.free)),
+                None => (is_blocked, None),
+            };
+            mix.apply_to_direct(scene, &endpoints, listener, line, paths, before);
+            let straight = paths[before..].iter().find(|path| path.kind.is_straight());
+            if let (Some(wide), Some(path)) = (&wide, straight) {
+                let arrival = WideArrival::of(path.id, wide.image.points(), ear);
+                result.wide.extend(arrival);
+            }
             self.mixes.push(mix);
             let edges = field.edges.as_slice().len();
-            let waves = edges.max(result.paths.len() - before);
+            let points = wide.map_or(1, |wide| wide.image.points().count());
+            let waves = points * edges.max(result.paths.len() - before);
             budget.spend(cost::DIRECT + cost::RAY * rays as usize + cost::WAVE * waves);
             progress.rays += rays;
         }
@@ -133,6 +165,7 @@ impl Extrapolator {
         self.apply_mixes(listener, sources, &mut result.paths);
         budget.spend(result.paths.len() / cost::SORTED + cost::LATE * self.current.late.len());
         result.paths.sort_unstable_by_key(|path| path.id);
+        result.wide.sort_unstable_by_key(|wide| wide.id);
         result.orientation = listener.orientation;
         result.high_air_np_per_s = self.scenes.current().high_air_np_per_s();
         progress.rays += self.update_late(listener, sources);

@@ -23,7 +23,7 @@ pub use crate::extrapolation::work_budget::{Progress, WorkBudget};
 pub use extrapolator::{Extrapolator, PredictorState};
 pub use frame::{
     FramePath, FramePaths, LATE_DIRECTION_VECTORS, LATE_DIRECTIONS, LATE_GROUPS, LATE_SEGMENTS,
-    LateGroup, LateSend, Obstruction, PathKind,
+    LateGroup, LateSend, Obstruction, PathKind, WideArrival,
 };
 pub use level::extrapolation_level;
 pub use predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};

@@ -22,6 +22,16 @@ use crate::generation::listener_output::{CommonInputs, ListenerOutput};
 use crate::generation::output_stage::OutputStage;
 use crate::generation::ramp::{Chunk, Chunks};
 use crate::generation::render_context::SlotOwner;
+use crate::generation::sound_field::FIELD_SIGNALS;
+
+/// Signals without a position, in front of the limiter. Each may be empty.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Bed<'a> {
+    /// Heard as they are: the mean of left and right, and half their difference.
+    pub stereo: [&'a [f32]; 2],
+    /// A first-order sound field, fixed in the world: W, Y, Z, X in AmbiX form.
+    pub field: [&'a [f32]; FIELD_SIGNALS],
+}
 
 /// Longest block in audio frames whose sources are rendered apart.
 const MAX_BLOCK: usize = 4096;
@@ -281,15 +291,14 @@ impl Generator {
     /// Real-time: no allocation; time grows with frames, active sources and voices. Sources with an empty delay line and a
     /// decayed late reverb are skipped.
     pub fn render(&mut self, inputs: &[&[f32]], output: &mut [f32]) -> BlockReport {
-        self.render_with_bed(inputs, [&[]; 2], output)
+        self.render_with_bed(inputs, Bed::default(), output)
     }
 
-    /// [`Self::render`] with a signal that is heard as it is, without a position, in front of the limiter: the mean of left and
-    /// right, and half their difference. Either may be empty.
+    /// [`Self::render`] with signals without a position.
     pub fn render_with_bed(
         &mut self,
         inputs: &[&[f32]],
-        bed: [&[f32]; 2],
+        bed: Bed<'_>,
         output: &mut [f32],
     ) -> BlockReport {
         let frames = output.len() / self.channels;
@@ -301,7 +310,7 @@ impl Generator {
     pub(crate) fn render_range(
         &mut self,
         inputs: &[&[f32]],
-        bed: [&[f32]; 2],
+        bed: Bed<'_>,
         (output, count): (&mut [f32], usize),
         range: Range<usize>,
     ) -> BlockReport {

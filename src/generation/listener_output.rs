@@ -15,7 +15,9 @@ use crate::generation::output_stage::OutputStage;
 use crate::generation::ramp::ChunkSpan;
 use crate::generation::render_context::{Dropped, RenderContext, SlotOwner};
 use crate::generation::reverb::late_reverb::LateReverb;
-use crate::generation::{BandCorrection, CHUNK, GeneratorSettings, Hrtf, Limiter};
+use crate::generation::sound_field::FieldRotation;
+use crate::generation::{BandCorrection, Bed, CHUNK, GeneratorSettings, Hrtf, Limiter};
+use crate::simd::F32x8;
 
 /// What all listeners have in common at a new frame.
 #[derive(Debug, Clone, Copy)]
@@ -36,6 +38,7 @@ macro_rules! context {
             correction: $common.correction,
             air: $common.air,
             air_np_per_s: $frame.high_air_np_per_s,
+            wide: &$frame.wide,
             to_head: orientation(&$frame.orientation).conjugate(),
             rate_hz: $common.rate_hz,
             max_delay: $common.max_delay,
@@ -69,6 +72,9 @@ pub(crate) struct ListenerOutput {
     pub(crate) left: u32,
     /// Gains of a signal without position in the first two channels.
     bed_gains: [[f32; 2]; 2],
+    rotation: FieldRotation,
+    /// A chunk of the sound field in head coordinates.
+    field: Vec<F32x8>,
     dropped: Dropped,
 }
 
@@ -86,6 +92,8 @@ impl ListenerOutput {
                 .late
                 .then(|| LateReverb::new(rate_hz, settings.max_sources)),
             bed_gains: stage.bed_gains(),
+            rotation: FieldRotation::new(),
+            field: vec![F32x8::ZERO; CHUNK],
             stage,
             next_stage: None,
             last_stage: None,
@@ -163,6 +171,7 @@ impl ListenerOutput {
             correction: common.correction,
             air: common.air,
             air_np_per_s: Default::default(),
+            wide: &[],
             to_head: Quat::IDENTITY,
             rate_hz: common.rate_hz,
             max_delay: common.max_delay,
@@ -184,10 +193,11 @@ impl ListenerOutput {
             common.owners,
             &context!(common, self.left, table, frame, ramp),
         );
+        self.stage.raise_field(ramp);
         self.last_stage = Some(last);
     }
 
-    /// Applies a frame's late reverb.
+    /// Applies a frame's late reverb and orientation.
     fn update_late(
         &mut self,
         common: &CommonInputs,
@@ -198,8 +208,9 @@ impl ListenerOutput {
         self.dropped.paths += dropped.paths;
         self.dropped.delays += dropped.delays;
         self.dropped.late_starts += dropped.late_starts;
+        let to_head = orientation(&frame.orientation).conjugate();
+        self.rotation.set_orientation(to_head, ramp);
         if let Some(late) = &mut self.late {
-            let to_head = orientation(&frame.orientation).conjugate();
             self.stage.set_orientation(to_head, self.left, ramp);
             let max_delay = common.max_delay as i64;
             late.set_frame(frame, max_delay, common.correction, self.left, ramp);
@@ -279,15 +290,11 @@ impl ListenerOutput {
         }
     }
 
-    /// Adds a signal without position, below a magnitude of `most`; its gains glide where the layout has changed.
-    pub(crate) fn add_bed(
-        &mut self,
-        bed: [&[f32]; 2],
-        most: f32,
-        output: &mut [f32],
-        channels: usize,
-    ) {
+    /// Adds signals without position, below a magnitude of `most`; gains glide where the layout has changed.
+    pub(crate) fn add_bed(&mut self, bed: Bed<'_>, most: f32, output: &mut [f32], channels: usize) {
         const STEP: f32 = 1.0 / CHUNK as f32;
+        self.add_field(bed, output, channels);
+        let bed = bed.stereo;
         let targets = self.stage.bed_gains();
         for (signal, (gains, targets)) in bed.iter().zip(self.bed_gains.iter_mut().zip(targets)) {
             for (frame, sample) in output.chunks_exact_mut(channels).zip(*signal) {
@@ -298,6 +305,30 @@ impl ListenerOutput {
                         *value += *gain * sample;
                     }
                 }
+            }
+        }
+    }
+
+    /// Adds the sound field, turned with the listener's head.
+    fn add_field(&mut self, bed: Bed<'_>, output: &mut [f32], channels: usize) {
+        let is_silent = bed.field.iter().all(|signal| signal.is_empty());
+        for (chunk, output) in output.chunks_mut(channels * CHUNK).enumerate() {
+            let frames = output.len() / channels;
+            let field = match is_silent {
+                true => {
+                    self.rotation.skip(frames);
+                    None
+                }
+                false => {
+                    let rest = |signal: &'_ [f32]| signal.len().min(chunk * CHUNK);
+                    let signals = bed.field.map(|signal| &signal[rest(signal)..]);
+                    self.rotation.turn(signals, &mut self.field[..frames]);
+                    Some(&self.field[..frames])
+                }
+            };
+            self.stage.add_field(field, output, channels);
+            if let Some(last) = &mut self.last_stage {
+                last.add_field(field, output, channels);
             }
         }
     }

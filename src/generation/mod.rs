@@ -24,6 +24,7 @@ mod render_context;
 mod report;
 pub mod reverb;
 mod settings;
+mod sound_field;
 #[cfg(test)]
 #[path = "../../tests/reference/synthetic_hrtf.rs"]
 mod synthetic_hrtf;
@@ -33,7 +34,7 @@ pub use crate::generation::bands::band_correction::BandCorrection;
 pub use crate::generation::bands::band_filter::BandFilter;
 pub use crate::generation::binaural::hrtf::Hrtf;
 pub use crate::generation::panning::layout::Layout;
-pub use generator::Generator;
+pub use generator::{Bed, Generator};
 pub use limiter::Limiter;
 pub(crate) use output_stage::OutputStage;
 pub use report::BlockReport;

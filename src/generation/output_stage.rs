@@ -18,8 +18,10 @@ use crate::generation::panning::layout::Layout;
 use crate::generation::ramp::ChunkSpan;
 use crate::generation::render_context::{RenderContext, SlotOwner};
 use crate::generation::reverb::mixing::Rows;
+use crate::generation::sound_field::FieldDecoder;
 use crate::generation::voices::voice_set::VoiceSet;
 use crate::generation::{GeneratorSettings, Hrtf};
+use crate::simd::F32x8;
 
 /// Voices, waves and buses of one output. Made on the control side, used on the audio side.
 #[derive(Debug)]
@@ -30,6 +32,7 @@ pub(crate) struct OutputStage {
     buses: OutputBuses,
     /// Those of each source's voices, if sources have buses.
     slot_buses: Vec<OutputBuses>,
+    field: FieldDecoder,
     /// Gains of a signal without position in the first two channels, of its middle and its side: of the energy of two ears.
     bed_gains: [[f32; 2]; 2],
     /// Whether the stage fades out, and frames until it is silent.
@@ -48,7 +51,9 @@ impl OutputStage {
         if layout == Layout::Binaural {
             hrtf.check_rate(settings.rate_hz)?;
             let buses = OutputBuses::binaural(hrtf);
-            return Ok(Self::with(settings, Arc::clone(hrtf.table()), buses));
+            let table = Arc::clone(hrtf.table());
+            let field = FieldDecoder::new(layout, &table, channels, hrtf);
+            return Ok(Self::with(settings, table, buses, field));
         }
         let table = DirectionTable::of_layout(layout, channels);
         let used = match layout {
@@ -56,10 +61,16 @@ impl OutputStage {
             _ => layout.channels(),
         };
         let buses = OutputBuses::of_channels(used);
-        Ok(Self::with(settings, Arc::new(table), buses))
+        let field = FieldDecoder::new(layout, &table, used, hrtf);
+        Ok(Self::with(settings, Arc::new(table), buses, field))
     }
 
-    fn with(settings: &GeneratorSettings, table: Arc<DirectionTable>, buses: OutputBuses) -> Self {
+    fn with(
+        settings: &GeneratorSettings,
+        table: Arc<DirectionTable>,
+        buses: OutputBuses,
+        field: FieldDecoder,
+    ) -> Self {
         let fine_voices = settings.fine_voices.min(settings.max_voices);
         Self {
             voices: VoiceSet::new(settings.max_voices, fine_voices, &table),
@@ -70,6 +81,7 @@ impl OutputStage {
                 false => Vec::new(),
             },
             buses,
+            field,
             bed_gains: match (
                 settings.layout.ambisonics_order(),
                 settings.output_channels(),
@@ -92,9 +104,25 @@ impl OutputStage {
 
     /// Begins at the next frame in place of another stage that fades out.
     pub(crate) fn start_silent(&mut self) {
+        self.field.start_silent();
         if let Some(far_field) = &mut self.far_field {
             far_field.start_silent();
         }
+    }
+
+    /// Raises the sound field after [`Self::start_silent`], within so many frames.
+    pub(crate) fn raise_field(&mut self, ramp: u32) {
+        self.field.ramp_to(1.0, ramp);
+    }
+
+    /// Adds a chunk of the sound field to interleaved frames; `None` is silence.
+    pub(crate) fn add_field(
+        &mut self,
+        field: Option<&[F32x8]>,
+        output: &mut [f32],
+        channels: usize,
+    ) {
+        self.field.add(field, output, channels);
     }
 
     /// Ramps the plane waves to a listener orientation.
@@ -111,7 +139,9 @@ impl OutputStage {
         if let Some(far_field) = &mut self.far_field {
             far_field.fade(context.left, context.ramp);
         }
+        self.field.ramp_to(0.0, context.ramp);
         let tail = self.voices.tail_frames() + self.buses.tail_frames();
+        let tail = tail.max(self.field.tail_frames());
         self.is_fading = true;
         self.fade_left = context.ramp + tail as u32;
     }

@@ -3,6 +3,7 @@
 use glam::Quat;
 
 use crate::acoustics::medium::HIGH_AIR_HZ;
+use crate::extrapolation::WideArrival;
 use crate::generation::BandCorrection;
 use crate::generation::bands::air_filter::AirFilter;
 use crate::generation::panning::direction_table::DirectionTable;
@@ -26,6 +27,8 @@ pub(crate) struct RenderContext<'a> {
     pub(crate) air: &'a AirFilter,
     /// Absorption of air in Np/s at [`HIGH_AIR_HZ`].
     pub(crate) air_np_per_s: [f32; HIGH_AIR_HZ.len()],
+    /// Directions of the paths of wide sources, sorted by identity.
+    pub(crate) wide: &'a [WideArrival],
     /// From world to head coordinates.
     pub(crate) to_head: Quat,
     pub(crate) rate_hz: f64,

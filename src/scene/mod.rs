@@ -35,7 +35,7 @@ pub use layout::{NamedSource, SceneLayout, Walk};
 pub use materials::MaterialTable;
 pub use mesh::TriangleMesh;
 pub use pose::{ListenerPose, SourceId, SourcePose};
-pub use source::{DEFAULT_PRIORITY, Effects, SourceSettings};
+pub use source::{DEFAULT_PRIORITY, Effects, MAX_EXTENT_POINTS, SourceExtent, SourceSettings};
 pub use source_mix::{DistanceCurve, DistanceTable, MAX_DISTANCE_POINTS, SourceMix};
 pub use surface::{Surface, SurfaceSet};
 pub use weld::{IntakeReport, clean};

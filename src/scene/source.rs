@@ -1,4 +1,4 @@
-//! Properties of a source: directivity, radius, effects.
+//! Properties of a source: directivity, radius, extent, effects.
 //!
 //! Small and `Copy`: part of the pose, which every stage receives.
 
@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::directivity::Directivity;
 use super::source_mix::SourceMix;
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// Parts of a source's sound that are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,6 +39,70 @@ impl Default for Effects {
 /// Priority of a source unless set.
 pub const DEFAULT_PRIORITY: u8 = 128;
 
+/// Most points of a wide source.
+pub const MAX_EXTENT_POINTS: usize = 32;
+
+/// Fewest points of a wide source.
+const MIN_EXTENT_POINTS: usize = 4;
+
+/// Longest semi-axis of a source in metres.
+const MAX_EXTENT_M: f32 = 1e3;
+
+/// Size of a source: an ellipsoid around its position, which turns with it. The default is a point.
+///
+/// A wide source is heard as points on the ellipsoid that sound independently. Each has a straight path and edge waves of its own;
+/// their mean energy is the level of the direct sound, and their directions its image. A share of the points may be hidden, so
+/// the source fades while a listener walks past an edge. Reflections and late reverb are those of the centre.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SourceExtent {
+    /// Semi-axes in metres along the source's +x, +y and +z, 0 to 1000. Three equal ones are a sphere, two a disc, one a line
+    /// such as a river; all 0 a point.
+    pub semi_axes_m: Vec3,
+    /// Number of points, 4 to [`MAX_EXTENT_POINTS`]: two rays each in every graphics frame, and as many edge waves as a source.
+    pub points: usize,
+}
+
+impl SourceExtent {
+    /// A point.
+    pub const POINT: Self = Self {
+        semi_axes_m: Vec3::ZERO,
+        points: 16,
+    };
+
+    /// A sphere of this radius in metres.
+    pub const fn sphere(radius_m: f32) -> Self {
+        Self {
+            semi_axes_m: Vec3::splat(radius_m),
+            ..Self::POINT
+        }
+    }
+
+    /// Whether the source has a size.
+    pub fn is_wide(&self) -> bool {
+        self.semi_axes_m != Vec3::ZERO
+    }
+
+    fn check(&self) -> Result<()> {
+        let axes = self.semi_axes_m.to_array();
+        if let Some(axis) = axes.iter().find(|m| !(0.0..=MAX_EXTENT_M).contains(*m)) {
+            let problem = format!("a semi-axis of {axis} m is out of range");
+            let advice = "choose values from 0 to 1000 m; a point has 0 in all axes";
+            return Err(Error::setting("extent", problem, advice));
+        }
+        if !(MIN_EXTENT_POINTS..=MAX_EXTENT_POINTS).contains(&self.points) {
+            let problem = format!("{} points are out of range", self.points);
+            return Err(Error::setting("extent", problem, "choose 4 to 32 points"));
+        }
+        Ok(())
+    }
+}
+
+impl Default for SourceExtent {
+    fn default() -> Self {
+        Self::POINT
+    }
+}
+
 /// Properties of a source other than its pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -47,6 +111,8 @@ pub struct SourceSettings {
     pub directivity: Directivity,
     /// Distance in metres below which the level is constant; `None` for that of the propagation settings.
     pub radius_m: Option<f32>,
+    /// Size of the source.
+    pub extent: SourceExtent,
     /// Effects that are computed.
     pub effects: Effects,
     /// Distance curve, gains of the parts, strengths.
@@ -64,6 +130,7 @@ impl Default for SourceSettings {
         Self {
             directivity: Directivity::OMNI,
             radius_m: None,
+            extent: SourceExtent::POINT,
             effects: Effects::default(),
             mix: SourceMix::PHYSICAL,
             is_2d: false,
@@ -73,11 +140,12 @@ impl Default for SourceSettings {
 }
 
 impl SourceSettings {
-    /// Checks the ranges of the mix; other values out of range count as the nearest valid one.
+    /// Checks the ranges of extent and mix; other values out of range count as the nearest valid one.
     ///
     /// # Errors
     /// [`Error::Setting`](crate::Error::Setting) names the value out of range.
     pub fn check(&self) -> Result<()> {
+        self.extent.check()?;
         self.mix.check()
     }
 

@@ -47,7 +47,7 @@ const TABLE: [(&str, &str); 44] = [
     ),
     (
         "propagation::diffraction",
-        "acoustics geometry propagation propagation::image_source propagation::transmission scene::committed scene::edges simd",
+        "acoustics geometry propagation propagation::image_source propagation::transmission scene scene::committed scene::edges simd",
     ),
     (
         "propagation::curved_reflection",

@@ -139,6 +139,7 @@ pub fn busy(k: u32) -> FramePaths {
             start_s: if k < 15 { 0.05 } else { 0.09 },
         }],
         late_groups: [LateGroup::isotropic([1.5, 1.4, 1.3, 1.2, 1.1, 1.0, 0.8, 0.6]); LATE_GROUPS],
+        wide: Vec::new(),
         obstructions: Vec::new(),
         high_air_np_per_s: [5.0, 8.7, 11.5, 14.4],
     }

@@ -273,7 +273,7 @@ kernel! {
     /// Adds `Σ_tap basis[tap] · bus[now − tap]` to every frame of `out`, lane by lane.
     ///
     /// The bus begins `taps − 1` frames before the first output frame.
-    fn filter<L>(basis: &[F32x8], bus: &[F32x8], out: &mut [F32x8]) {
+    pub(crate) fn filter<L>(basis: &[F32x8], bus: &[F32x8], out: &mut [F32x8]) {
         let taps = basis.len();
         let mut start = 0;
         while let Some([a, b, c, d]) = out[start..].first_chunk_mut() {

@@ -21,6 +21,9 @@ const HEADER_BYTES: usize = 28;
 const MAX_DELAY_S: f32 = 0.004;
 /// Largest valid magnitude of a weight or tap: 60 dB.
 const MAX_VALUE: f32 = 1000.0;
+/// Corner of the noise whose energy a wide image keeps, in Hz, and frames until its filter is silent.
+const EVEN_TO_HZ: f32 = 2000.0;
+const TAIL: usize = 64;
 const ADVICE: &str = "write the file again with `foresound hrtf`";
 
 /// An HRTF set.
@@ -151,11 +154,12 @@ impl Hrtf {
             azimuths,
             elevations,
         };
+        let table = DirectionTable::new(size, delays, weights);
         Ok(Self {
             rate_hz,
             taps,
+            table: Arc::new(table.with_filter_products(filter_products(&basis, taps, rate_hz))),
             basis,
-            table: Arc::new(DirectionTable::new(size, delays, weights)),
         })
     }
 
@@ -276,6 +280,38 @@ impl Hrtf {
     pub(crate) fn table(&self) -> &Arc<DirectionTable> {
         &self.table
     }
+}
+
+/// Products of all shared filters with each other, by filter, for noise that is flat to [`EVEN_TO_HZ`] and falls by 6 dB an octave
+/// above, as much of speech and music does.
+fn filter_products(basis: &[F32x8], taps: usize, rate_hz: u32) -> Vec<F32x8> {
+    let pole = (-std::f32::consts::TAU * EVEN_TO_HZ / rate_hz as f32).exp();
+    let tail = std::iter::repeat_n(&F32x8::ZERO, TAIL);
+    let mut heard = Vec::with_capacity(basis.len() / taps * (taps + TAIL));
+    for filter in basis.chunks_exact(taps) {
+        let mut low = [0.0; LANES];
+        heard.extend(filter.iter().chain(tail.clone()).map(|tap| {
+            for (low, tap) in low.iter_mut().zip(tap.0) {
+                *low += (1.0 - pole) * (tap - *low);
+            }
+            F32x8(low)
+        }));
+    }
+    let (groups, length) = (basis.len() / taps, taps + TAIL);
+    let mut products = Vec::with_capacity(LANES * groups * groups);
+    for filter in 0..LANES * groups {
+        let own = &heard[filter / LANES * length..][..length];
+        for other in heard.chunks_exact(length) {
+            let mut sum = [0.0; LANES];
+            for (own, other) in own.iter().zip(other) {
+                for (sum, other) in sum.iter_mut().zip(other.0) {
+                    *sum += own.0[filter % LANES] * other;
+                }
+            }
+            products.push(F32x8(sum));
+        }
+    }
+    products
 }
 
 /// Reads little-endian words of four bytes; zero beyond the end, which the size check excludes.

@@ -8,7 +8,7 @@
 //! source's buffer has its sound at all of them. The sum of all buffers is the output of [`Generator::render`] before the limiter, up to rounding.
 
 use super::{Generator, MAX_BLOCK, MAX_SAMPLE};
-use crate::generation::BlockReport;
+use crate::generation::{Bed, BlockReport};
 
 impl Generator {
     /// Writes a source's input of a block and adds its voices to `output`. Each slot at most once a block, all blocks of the
@@ -37,7 +37,7 @@ impl Generator {
         &mut self,
         inputs: &[&[f32]],
         is_rendered: &[bool],
-        bed: [&[f32]; 2],
+        bed: Bed<'_>,
         output: &mut [f32],
     ) -> BlockReport {
         let channels = self.channels;

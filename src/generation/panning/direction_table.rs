@@ -24,7 +24,7 @@ const AZIMUTHS: usize = 180;
 const ELEVATIONS: usize = 91;
 
 /// Gain of channel layouts: the energy of both ears in a diffuse field (see [`Layout`]).
-const CHANNEL_GAIN: f32 = SQRT_2;
+pub(crate) const CHANNEL_GAIN: f32 = SQRT_2;
 
 /// Readings, delays and weights by direction.
 #[derive(Debug, Clone)]
@@ -42,6 +42,16 @@ pub(crate) struct DirectionTable {
     /// In the same order; per direction the groups of the first reading, then those of the second.
     weights: Vec<F32x8>,
     max_delay: f32,
+    energy: Energy,
+}
+
+/// What the energy of a reading is.
+#[derive(Debug, Clone)]
+enum Energy {
+    /// The squares of its first weights: of Ambisonics the omnidirectional channel, otherwise all.
+    Squares(usize),
+    /// Weights times the products of the shared filters with each other, by filter.
+    Filtered(Vec<F32x8>),
 }
 
 /// Sizes of a table.
@@ -70,6 +80,16 @@ impl DirectionTable {
             delays,
             weights,
             max_delay,
+            energy: Energy::Squares(LANES * size.groups),
+        }
+    }
+
+    /// With the products of the shared filters, [`Self::groups`] entries a filter, from which the energy of a sum of filters follows.
+    pub(crate) fn with_filter_products(self, products: Vec<F32x8>) -> Self {
+        debug_assert_eq!(products.len(), LANES * self.groups * self.groups);
+        Self {
+            energy: Energy::Filtered(products),
+            ..self
         }
     }
 
@@ -97,7 +117,13 @@ impl DirectionTable {
                 weights.extend(each.map(|group| F32x8(group.each_ref().map(scaled))));
             }
         }
-        Self::new(size, vec![[0.0; 2]; directions], weights)
+        Self {
+            energy: Energy::Squares(match layout.ambisonics_order() {
+                Some(_) => 1,
+                None => LANES * groups,
+            }),
+            ..Self::new(size, vec![[0.0; 2]; directions], weights)
+        }
     }
 
     /// Readings of an arrival.
@@ -187,6 +213,65 @@ impl DirectionTable {
             unused.fill(F32x8::ZERO);
         }
         delays
+    }
+
+    /// [`Self::blend`] of a sound from several directions, each with its share of the energy; the shares sum to 1. As in
+    /// \[PULKKI99\] the mean of the weights, with the energy that the directions have in the mean; the delays are their mean.
+    /// `scratch` is as long as `weights`.
+    pub(crate) fn blend_wide(
+        &self,
+        directions: impl Iterator<Item = (Vec3, f32)>,
+        groups: usize,
+        weights: &mut [F32x8],
+        scratch: &mut [F32x8],
+    ) -> [f32; 2] {
+        let width = self.width();
+        let (weights, scratch) = (&mut weights[..width], &mut scratch[..width]);
+        weights.fill(F32x8::ZERO);
+        let (mut delays, mut energies) = ([0.0; 2], [0.0; 2]);
+        for (direction, share) in directions {
+            let ears = self.blend(&self.corners(direction), groups, scratch);
+            for (sum, delay) in delays.iter_mut().zip(ears) {
+                *sum += share * delay;
+            }
+            let readings = scratch.chunks_exact(self.groups);
+            for (sum, reading) in energies.iter_mut().zip(readings) {
+                *sum += share * self.energy(reading);
+            }
+            for (sum, own) in weights.iter_mut().zip(scratch.iter()) {
+                for (sum, own) in sum.0.iter_mut().zip(own.0) {
+                    *sum += share * own;
+                }
+            }
+        }
+        for (energy, reading) in energies.iter().zip(weights.chunks_exact_mut(self.groups)) {
+            let gain = (energy.max(0.0) / self.energy(reading).max(f32::MIN_POSITIVE)).sqrt();
+            for lane in reading.iter_mut().flat_map(|group| &mut group.0) {
+                *lane *= gain;
+            }
+        }
+        delays
+    }
+
+    /// Energy of a reading.
+    fn energy(&self, reading: &[F32x8]) -> f32 {
+        let lanes = reading.iter().flat_map(|group| group.0);
+        match &self.energy {
+            Energy::Squares(count) => lanes.take(*count).map(|lane| lane * lane).sum(),
+            Energy::Filtered(products) => {
+                let rows = products.chunks_exact(self.groups);
+                let of_row = |(weight, row): (f32, &[F32x8])| {
+                    let mut sum = F32x8::ZERO;
+                    for (product, other) in row.iter().zip(reading) {
+                        for (sum, part) in sum.0.iter_mut().zip(product.0.iter().zip(other.0)) {
+                            *sum += part.0 * part.1;
+                        }
+                    }
+                    weight * sum.sum()
+                };
+                lanes.zip(rows).map(of_row).sum()
+            }
+        }
     }
 
     /// The four grid points around a direction and their interpolation weights.

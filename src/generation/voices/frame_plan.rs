@@ -51,6 +51,8 @@ pub(crate) struct FramePlan {
     requests: Vec<VoiceRequest>,
     /// Weights of each request for all readings.
     weights: Vec<F32x8>,
+    /// Scratch memory: the weights of one direction of a wide source.
+    of_direction: Vec<F32x8>,
     dropped: Dropped,
 }
 
@@ -70,6 +72,7 @@ impl FramePlan {
             last_id: None,
             requests: Vec::with_capacity(max_voices),
             weights: vec![F32x8::ZERO; max_voices * table.width()],
+            of_direction: vec![F32x8::ZERO; table.width()],
             dropped: Dropped::default(),
         }
     }
@@ -139,7 +142,17 @@ impl FramePlan {
         };
         let width = self.width;
         let weights = &mut self.weights[self.requests.len() * width..][..width];
-        let ears = context.table.blend(corners, groups, weights);
+        let wide = context.wide;
+        let ears = match wide.binary_search_by_key(&path.id, |wide| wide.id) {
+            Ok(found) => {
+                let directions = wide[found].iter();
+                let to_head = |(direction, share)| (context.to_head * direction, share);
+                let scratch = &mut self.of_direction;
+                let table = context.table;
+                table.blend_wide(directions.map(to_head), groups, weights, scratch)
+            }
+            Err(_) => context.table.blend(corners, groups, weights),
+        };
         let delay = path.delay_s * context.rate_hz;
         let mut amplitude = path.amplitude;
         let mut air = None;

@@ -45,6 +45,13 @@ impl DirectEdges {
         self.edges[self.count] = edge;
         self.count += 1;
     }
+
+    /// Adds an edge unless it is there or there is no room.
+    pub(super) fn insert(&mut self, edge: u32) {
+        if self.count < MAX_DIRECT_EDGES && !self.as_slice().contains(&edge) {
+            self.push(edge);
+        }
+    }
 }
 
 /// Result of [`direct_field`].

@@ -33,6 +33,7 @@ mod truncation;
 pub mod two_edge_path;
 pub mod utd;
 pub mod wedge_geometry;
+pub mod wide_source;
 pub mod with_reflections;
 
 pub use crate::propagation::diffraction::first_order::{
@@ -44,6 +45,7 @@ pub use crate::propagation::diffraction::reflection_edges::{
 };
 pub use crate::propagation::diffraction::revalidate::{DiffractionPath, DiffractionSequence};
 pub use crate::propagation::diffraction::second_order::MAX_TWO_EDGE_PATHS;
+pub use crate::propagation::diffraction::wide_source::{WideField, sized_field, wide_field};
 
 use crate::acoustics::smoothstep;
 use crate::propagation::endpoints::Endpoints;
@@ -94,7 +96,7 @@ pub fn update(
         _ => scene.diffracting_edges(near, from, to, longest_m),
     };
     let listed = near.as_slice().iter().map(|found| found.edge);
-    let DirectField { visible, edges, .. } = direct_field(scene, endpoints, listed, rays, emit);
+    let DirectField { visible, edges, .. } = sized_field(scene, endpoints, listed, rays, emit);
     let mut result = NearEdges {
         direct: edges,
         ..NearEdges::default()

@@ -8,6 +8,7 @@
 use std::sync::Arc;
 
 use super::playback::{PlayState, PlaybackCell, PlaybackState};
+use crate::error::{Error, Result};
 
 /// Audio frames of a fade at a pause or seek.
 const FADE_FRAMES: usize = 256;
@@ -47,6 +48,34 @@ impl Clip {
         }
     }
 
+    /// A clip of a first-order sound field in AmbiX form: four interleaved channels W, Y, Z, X in SN3D. On a 2D source it is the
+    /// sound around the listener, fixed in the world: its front is −z, its left −x, its top +y, and it turns as the listener's head
+    /// does. A source with a position plays W. The last samples, if they are less than four, are left out.
+    pub fn ambisonic(samples: impl Into<Arc<[f32]>>) -> Self {
+        let samples = samples.into();
+        Self {
+            samples,
+            channels: 4,
+        }
+    }
+
+    /// A clip of as many interleaved channels as there are: [`Self::mono`], [`Self::stereo`] or [`Self::ambisonic`].
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for another number than 1, 2 and 4.
+    pub fn with_channels(samples: impl Into<Arc<[f32]>>, channels: usize) -> Result<Self> {
+        match channels {
+            1 => Ok(Self::mono(samples)),
+            2 => Ok(Self::stereo(samples)),
+            4 => Ok(Self::ambisonic(samples)),
+            _ => Err(Error::setting(
+                "channels",
+                format!("{channels} are no clip"),
+                "give 1 (mono), 2 (stereo) or 4 (first-order Ambisonics in AmbiX form)",
+            )),
+        }
+    }
+
     /// Audio frames.
     pub fn frames(&self) -> usize {
         self.samples.len() / self.channels
@@ -57,7 +86,7 @@ impl Clip {
         &self.samples
     }
 
-    /// Channels, 1 or 2.
+    /// Channels: 1, 2 or 4.
     pub fn channels(&self) -> usize {
         self.channels
     }
@@ -75,8 +104,13 @@ impl From<Vec<f32>> for Clip {
     }
 }
 
-/// Middle and side of one audio frame: left = middle + side.
-type Frame = [f32; 2];
+/// Signals of a clip beside its first.
+pub(crate) const OTHERS: usize = 3;
+
+/// One audio frame: of a stereo clip middle and side (left = middle + side), of a sound field W, Y, Z, X.
+type Frame = [f32; 1 + OTHERS];
+
+const SILENT: Frame = [0.0; 1 + OTHERS];
 
 /// Half of the kernel: the sinc times the window, from the middle to the end.
 #[derive(Debug)]
@@ -173,19 +207,22 @@ impl ClipPlayer {
         }
     }
 
-    /// Fills a block with the middle signal and `side` with that of stereo clips; returns whether there is a side. `now` is the
-    /// engine's audio frame at its start.
+    /// Fills a block with the first signal, the mono mix, and `others` with the rest of a stereo clip or a sound field; returns
+    /// the number of signals. `now` is the engine's audio frame at its start.
     pub(crate) fn fill(
         &mut self,
         block: &mut [f32],
-        side: &mut [f32],
+        others: [&mut [f32]; OTHERS],
         state: &PlayState,
         now: u64,
-    ) -> bool {
+    ) -> usize {
+        let others = &mut others.map(|other| &mut other[..block.len()])[..self.clip.channels - 1];
         self.apply(state);
         let wait = self.start_at.saturating_sub(now).min(block.len() as u64) as usize;
         block[..wait].fill(0.0);
-        side[..wait].fill(0.0);
+        for other in others.iter_mut() {
+            other[..wait].fill(0.0);
+        }
         let is_copied = self.pitch == 1.0
             && state.pitch == 1.0
             && self.position.fract() == 0.0
@@ -195,16 +232,19 @@ impl ClipPlayer {
             self.copy(&mut block[wait..]);
         } else {
             for n in wait..block.len() {
-                let [middle, other] = match is_copied {
-                    true if state.is_paused => [0.0; 2],
+                let frame = match is_copied {
+                    true if state.is_paused => SILENT,
                     true => self.copied(),
                     false => self.resampled(state),
                 };
-                (block[n], side[n]) = (middle, other);
+                block[n] = frame[0];
+                for (other, sample) in others.iter_mut().zip(&frame[1..]) {
+                    other[n] = *sample;
+                }
             }
         }
         self.report(wait < block.len());
-        self.clip.channels == 2
+        self.clip.channels
     }
 
     /// Advances without sound.
@@ -271,13 +311,17 @@ impl ClipPlayer {
         }
         let samples = &self.clip.samples;
         let Ok(index) = usize::try_from(index) else {
-            return [0.0; 2];
+            return SILENT;
         };
         match self.clip.channels {
-            1 => [samples.get(index).copied().unwrap_or(0.0), 0.0],
-            _ => match samples.get(2 * index..2 * index + 2) {
-                Some(pair) => [0.5 * (pair[0] + pair[1]), 0.5 * (pair[0] - pair[1])],
-                None => [0.0; 2],
+            1 => [samples.get(index).copied().unwrap_or(0.0), 0.0, 0.0, 0.0],
+            2 => match samples.get(2 * index..2 * index + 2) {
+                Some([a, b]) => [0.5 * (a + b), 0.5 * (a - b), 0.0, 0.0],
+                _ => SILENT,
+            },
+            _ => match samples.get(4 * index..4 * index + 4) {
+                Some([w, y, z, x]) => [*w, *y, *z, *x],
+                _ => SILENT,
             },
         }
     }
@@ -329,7 +373,7 @@ impl ClipPlayer {
             false => (self.pause + 1).min(FADE_FRAMES),
         };
         if self.pause == 0 {
-            return [0.0; 2];
+            return SILENT;
         }
         let target = f64::from(state.pitch);
         let change = target - self.pitch;
@@ -360,14 +404,15 @@ impl ClipPlayer {
         // Above pitch 1 the kernel is wider, and its band narrower.
         let narrowing = 1.0 / (self.pitch as f32).max(1.0);
         let reach = (CROSSINGS as f32 / narrowing) as i64;
-        let mut sum = [0.0; 2];
+        let mut sum = SILENT;
         for offset in 1 - reach..=reach {
             let distance = (offset as f32 - fraction).abs() * narrowing;
             if distance < CROSSINGS as f32 {
                 let weight = narrowing * self.kernel.at(distance);
                 let frame = self.frame(below as i64 + offset);
-                sum[0] += weight * frame[0];
-                sum[1] += weight * frame[1];
+                for (sum, sample) in sum.iter_mut().zip(frame) {
+                    *sum += weight * sample;
+                }
             }
         }
         sum

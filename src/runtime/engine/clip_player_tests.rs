@@ -17,9 +17,11 @@ fn player(samples: Vec<f32>, looped: Option<[usize; 2]>, start: [u64; 2]) -> Cli
 
 /// The next frames in blocks of some length.
 fn run(player: &mut ClipPlayer, state: &PlayState, now: &mut u64, frames: usize) -> Vec<f32> {
-    let (mut heard, mut side) = (vec![9.0; frames], vec![9.0; frames]);
-    for (block, side) in heard.chunks_mut(64).zip(side.chunks_mut(64)) {
-        player.fill(block, side, state, *now);
+    let mut heard = vec![9.0; frames];
+    let mut others = [[9.0; 64]; OTHERS];
+    for block in heard.chunks_mut(64) {
+        let others = others.each_mut().map(|other| &mut other[..]);
+        player.fill(block, others, state, *now);
         *now += block.len() as u64;
     }
     heard
@@ -188,7 +190,10 @@ fn stereo_is_a_mean_and_half_a_difference() {
     let clip = Clip::stereo(vec![1.0, 0.0, 0.5, -0.5]);
     let kernel = Arc::new(Kernel::new());
     let mut player = ClipPlayer::new(clip, None, [0, 0], 1, cell, kernel);
-    let (mut middle, mut side) = ([9.0; 3], [9.0; 3]);
-    assert!(player.fill(&mut middle, &mut side, &PlayState::default(), 0));
+    let (mut middle, mut others) = ([9.0; 3], [[9.0; 3]; OTHERS]);
+    let rest = others.each_mut().map(|other| &mut other[..]);
+    let signals = player.fill(&mut middle, rest, &PlayState::default(), 0);
+    assert_eq!(signals, 2);
+    let side = others[0];
     assert_eq!((middle, side), ([0.5, 0.0, 0.0], [0.5, 0.5, 0.0]));
 }

@@ -7,6 +7,8 @@
 
 use super::messages::{BED, NO_SLOT, SampleSourceChange, SourceRoute};
 use super::smooth_gain::{CrossFade, SmoothedGain, mix_into};
+use crate::generation::Bed;
+use crate::runtime::engine::clip_player::OTHERS;
 use crate::runtime::engine::playback::PlayState;
 use crate::runtime::engine::release_tails::{RELEASE_FRAMES, ReleaseTails};
 use crate::runtime::engine::sample_source::{Filled, SampleSource};
@@ -15,6 +17,18 @@ use crate::scene::SourceId;
 
 /// Seconds of a cross-fade between two slots.
 pub(super) const CROSS_FADE_S: f32 = 0.05;
+
+/// Signals of sources without a position: middle and side, then those of a sound field.
+const BED_SIGNALS: usize = 6;
+
+/// Where the signals of a source go in a slot: of one with a position the first only.
+fn places(slot: usize, bed: usize, signals: usize) -> std::ops::Range<usize> {
+    match (slot == bed, signals) {
+        (true, 4) => bed + 2..bed + 6,
+        (true, signals) => bed..bed + signals,
+        (false, _) => slot..slot + 1,
+    }
+}
 
 /// State of one source.
 #[derive(Default)]
@@ -54,16 +68,18 @@ impl MixerSource {
         if !std::mem::take(&mut self.is_mixed) {
             return;
         }
-        let (mut samples, mut side) = ([0.0; RELEASE_FRAMES], [0.0; RELEASE_FRAMES]);
-        let filled = self.samples.fill(&mut samples, &mut side, &self.play, now);
+        let mut signals = [[0.0; RELEASE_FRAMES]; 1 + OTHERS];
+        let [first, others @ ..] = &mut signals;
+        let others = others.each_mut().map(|other| &mut other[..]);
+        let filled = self.samples.fill(first, others, &self.play, now);
         let gain = |position: f32| self.faded_gain(position);
         for (slot, fade) in [
             (self.slot, self.fade),
             (self.previous_slot, self.previous_fade),
         ] {
-            tails.add(slot, &samples, gain(fade));
-            if filled.is_stereo && usize::from(slot) == bed {
-                tails.add(slot + 1, &side, gain(fade));
+            let places = places(slot.into(), bed, filled.signals);
+            for (place, samples) in places.zip(&signals) {
+                tails.add(place as u16, samples, gain(fade));
             }
         }
     }
@@ -94,7 +110,7 @@ impl MixerSource {
 pub(super) struct Mixer {
     sources: Vec<MixerSource>,
     block: usize,
-    /// Slots of the generator; two more are the bed's middle and side.
+    /// Slots of the generator; [`BED_SIGNALS`] more are the bed's.
     slots: usize,
     /// Slots below this index have one source each.
     own_slots: usize,
@@ -108,7 +124,7 @@ pub(super) struct Mixer {
     finished_slots: Vec<bool>,
     tails: ReleaseTails,
     scratch: Vec<f32>,
-    side: Vec<f32>,
+    others: [Vec<f32>; OTHERS],
     rate_hz: f32,
 }
 
@@ -127,12 +143,12 @@ impl Mixer {
             own_slots,
             now: 0,
             frames: 0,
-            inputs: vec![0.0; (slots + 2) * block],
-            active_slots: vec![false; slots + 2],
-            finished_slots: vec![false; slots + 2],
-            tails: ReleaseTails::new(slots + 2),
+            inputs: vec![0.0; (slots + BED_SIGNALS) * block],
+            active_slots: vec![false; slots + BED_SIGNALS],
+            finished_slots: vec![false; slots + BED_SIGNALS],
+            tails: ReleaseTails::new(slots + BED_SIGNALS),
             scratch: vec![0.0; block],
-            side: vec![0.0; block],
+            others: std::array::from_fn(|_| vec![0.0; block]),
             rate_hz: rate_hz as f32,
         }
     }
@@ -262,7 +278,7 @@ impl Mixer {
             active_slots: sounds,
             tails,
             scratch,
-            side,
+            others,
             rate_hz,
             now,
             frames,
@@ -278,7 +294,7 @@ impl Mixer {
         let block_s = frames as f32 / *rate_hz;
         let slope = 1.0 / (CROSS_FADE_S * *rate_hz);
         let step = frames as f32 * slope;
-        let (scratch, side) = (&mut scratch[..frames], &mut side[..frames]);
+        let scratch = &mut scratch[..frames];
         let has_samples =
             source.owner == source.current && !matches!(source.samples, SampleSource::Silence);
         let plays = source.is_present && (dry.is_some() || has_samples);
@@ -307,10 +323,13 @@ impl Mixer {
                 source.is_mixed = false;
                 Filled {
                     missing: source.samples.skip(frames, &source.play, at),
-                    is_stereo: false,
+                    signals: 1,
                 }
             }
-            None => source.samples.fill(scratch, side, &source.play, at),
+            None => {
+                let rest = others.each_mut().map(|other| &mut other[..frames]);
+                source.samples.fill(scratch, rest, &source.play, at)
+            }
         };
         let from = source.gain;
         let to = from.after(frames, target_gain, *rate_hz);
@@ -324,10 +343,10 @@ impl Mixer {
             }
         };
         let mut add = |slot: u16, fade: CrossFade| {
-            let slot = usize::from(slot);
-            add_to(slot, scratch, fade);
-            if filled.is_stereo && slot == bed {
-                add_to(slot + 1, side, fade);
+            let signals = others.iter().map(|other| &other[..frames]);
+            let signals = std::iter::once(&scratch[..]).chain(signals);
+            for (place, samples) in places(slot.into(), bed, filled.signals).zip(signals) {
+                add_to(place, samples, fade);
             }
         };
         if source.previous_fade > 0.0 {
@@ -363,9 +382,13 @@ impl Mixer {
         self.slots
     }
 
-    /// The sources without a position: middle and side, empty for silence.
-    pub(super) fn bed(&self, frames: usize) -> [&[f32]; 2] {
-        [0, 1].map(|n| self.input(self.slots + n, frames))
+    /// The sources without a position, empty for silence.
+    pub(super) fn bed(&self, frames: usize) -> Bed<'_> {
+        let signal = |n: usize| self.input(self.slots + n, frames);
+        Bed {
+            stereo: [0, 1].map(signal),
+            field: [2, 3, 4, 5].map(signal),
+        }
     }
 
     /// A slot's input, empty for silence.

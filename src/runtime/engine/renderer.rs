@@ -166,6 +166,7 @@ impl Renderer {
             let mut paths = FramePaths::default();
             paths.paths.reserve(max_paths);
             paths.obstructions.reserve(slots);
+            paths.wide.reserve(slots);
             paths.late.reserve(slots * LATE_SEGMENTS * LATE_GROUPS);
             ListenerFrame {
                 extrapolator,

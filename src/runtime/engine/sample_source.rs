@@ -3,7 +3,7 @@
 //! [`SampleSource::fill`] and [`SampleSource::skip`] run on the audio side and are wait-free; made and freed on the
 //! control side.
 
-use crate::runtime::engine::clip_player::ClipPlayer;
+use crate::runtime::engine::clip_player::{ClipPlayer, OTHERS};
 use crate::runtime::engine::playback::PlayState;
 use crate::runtime::engine::stream::Stream;
 
@@ -21,17 +21,17 @@ pub(crate) enum SampleSource {
 pub(crate) struct Filled {
     /// Samples missing in a stream.
     pub(crate) missing: u32,
-    /// Whether there is a side signal.
-    pub(crate) is_stereo: bool,
+    /// Number of signals: 1, of a stereo clip 2, of a sound field 4.
+    pub(crate) signals: usize,
 }
 
 impl SampleSource {
-    /// Fills a block with the next samples, and `side` with half the difference of two channels if there are two. A finished
+    /// Fills a block with the next samples, and `others` with the further signals of a stereo clip or a sound field. A finished
     /// clip and a stream without a writer are silent and miss none. `now` is the engine's audio frame at the block's start.
     pub(crate) fn fill(
         &mut self,
         block: &mut [f32],
-        side: &mut [f32],
+        others: [&mut [f32]; OTHERS],
         play: &PlayState,
         now: u64,
     ) -> Filled {
@@ -42,11 +42,11 @@ impl SampleSource {
             }
             Self::Clip(player) => Filled {
                 missing: 0,
-                is_stereo: player.fill(block, side, play, now),
+                signals: player.fill(block, others, play, now),
             },
             Self::Stream(stream) => Filled {
                 missing: stream.fill(block),
-                is_stereo: false,
+                signals: 1,
             },
         }
     }

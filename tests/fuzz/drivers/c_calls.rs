@@ -220,7 +220,37 @@ fn render(world: &mut World) {
 fn sound(world: &mut World) {
     let (engine, source) = (world.engine(), world.source());
     let mut handle = 0;
-    match world.bytes.below(3) {
+    match world.bytes.below(5) {
+        3 => {
+            let samples = [world.bytes.number(); 24];
+            let count = [24, 8, 23, 0][world.bytes.below(4)];
+            // SAFETY: addresses of 24 samples, at least as many as stated, and of a variable.
+            let status = unsafe {
+                foresound_clip_from_ambix(samples.as_ptr(), count, 16_000, 16_000, &raw mut handle)
+            };
+            if succeeds(status) {
+                world.made(handle);
+            }
+            succeeds(foresound_source_play(engine, source, handle, 1));
+        }
+        4 => {
+            let begin: &[u8] = [b"fLaC\0\0\0\x22", b"OggS\0\x02", b"RIFF"][world.bytes.below(3)];
+            let channels = world.bytes.byte().into();
+            let bytes = [begin, world.bytes.take(64)].concat();
+            // SAFETY: the address of as many bytes and of a variable.
+            let status = unsafe {
+                foresound_clip_from_file(
+                    bytes.as_ptr(),
+                    bytes.len(),
+                    channels,
+                    16_000,
+                    &raw mut handle,
+                )
+            };
+            if succeeds(status) {
+                world.made(handle);
+            }
+        }
         0 => {
             let samples = [world.bytes.number(); 24];
             let rate_hz = [16_000, 44_100, 0, 1][world.bytes.below(4)];
@@ -314,6 +344,8 @@ fn change(world: &mut World) {
                 radius_m: world.bytes.number(),
                 order: world.bytes.number(),
                 directivity: [world.bytes.number(); 8],
+                extent_m: world.bytes.numbers(),
+                extent_points: world.bytes.byte().into(),
                 ..SourceOptions::default()
             };
             // SAFETY: the address of a structure.

@@ -144,6 +144,16 @@ fn at_work(errors: &mut Errors) {
         let (min_m, max_m) = (2.0, 1.0);
         mix.distance = DistanceCurve::Linear { min_m, max_m };
     });
+    let mut settings = controller.source_settings(id).expect("is there");
+    settings.extent.semi_axes_m.y = -1.0;
+    errors.of("a size", controller.configure_source(id, settings));
+    settings.extent = foresound::SourceExtent::sphere(1.0);
+    settings.extent.points = 33;
+    errors.of("many points", controller.configure_source(id, settings));
+    errors.of(
+        "three channels",
+        foresound::Clip::with_channels(vec![0.0; 9], 3),
+    );
     let clip = foresound::Clip::mono(vec![0.0; 8]);
     let mut play = |what: &str, settings: PlaySettings| {
         errors.of(what, controller.play_clip(id, clip.clone(), settings));

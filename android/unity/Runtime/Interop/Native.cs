@@ -742,7 +742,7 @@ namespace Foresound.Interop
     public unsafe struct SourceOptions
     {
         /// <summary>Bytes in C.</summary>
-        public const uint Bytes = 100;
+        public const uint Bytes = 116;
 
         /// <summary>
         /// Bytes of this structure in the caller's version of the header, set by the caller. No more are read or written.
@@ -795,6 +795,13 @@ namespace Foresound.Interop
         /// 0 to 255: with more sources than slots, those of higher priority get slots of their own first.
         /// </summary>
         public uint Priority;
+        /// <summary>
+        /// Semi-axes in metres of an ellipsoid around the source along its x, y and z, 0 to 1000; all 0: a point. A wide source
+        /// sounds from points on the ellipsoid, of which a share may be hidden.
+        /// </summary>
+        public fixed float ExtentM[3];
+        /// <summary>Number of those points, 4 to 32.</summary>
+        public uint ExtentPoints;
     }
 
     /// <summary>
@@ -1319,6 +1326,24 @@ namespace Foresound.Interop
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_clip_from_stereo_wav", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status ClipFromStereoWav(byte* bytes, UIntPtr count, uint engineRateHz, ulong* clip);
+
+        /// <summary>
+        /// Makes a clip of a first-order sound field in AmbiX form, four interleaved channels W, Y, Z, X in SN3D; else as
+        /// foresound_clip_from_samples. A 2D source plays it around the listener, fixed in the world: its front is -z, its
+        /// left -x, its top +y. A source with a position plays W. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_clip_from_ambix", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status ClipFromAmbix(
+            float* samples, UIntPtr count, uint rateHz, uint engineRateHz, ulong* clip);
+
+        /// <summary>
+        /// Makes a clip of the bytes of a sound file: WAV, or FLAC or Ogg Vorbis if the library is built with its feature
+        /// `compressed`. `channels`: 1 for their mean, 2 for the first two, 4 for a sound field in AmbiX form, for which the
+        /// file must have four. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_clip_from_file", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status ClipFromFile(
+            byte* bytes, UIntPtr count, uint channels, uint engineRateHz, ulong* clip);
 
         /// <summary>
         /// Version of this interface: 65,536 x major + 256 x minor + patch. Another major number than

@@ -85,6 +85,8 @@ final class Native {
     static native long clipFromWav(byte[] bytes, int engineRateHz);
     static native long clipFromStereo(float[] samples, int rateHz, int engineRateHz);
     static native long clipFromStereoWav(byte[] bytes, int engineRateHz);
+    static native long clipFromAmbix(float[] samples, int rateHz, int engineRateHz);
+    static native long clipFromFile(byte[] bytes, int channels, int engineRateHz);
 
     /** Version of the interface. */
     static native int version();
@@ -161,7 +163,7 @@ final class Native {
     }
 
     static final class SourceOptions {
-        static final int LENGTH = 24;
+        static final int LENGTH = 28;
         static final int EFFECTS = 0;
         static final int RADIUS_M = 1;
         static final int ORDER = 2;
@@ -179,6 +181,8 @@ final class Native {
         static final int AIR_ABSORPTION = 21;
         static final int IS_2D = 22;
         static final int PRIORITY = 23;
+        static final int EXTENT_M = 24;
+        static final int EXTENT_POINTS = 27;
     }
 
     static final class PropagationOptions {

@@ -6,7 +6,7 @@ import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.Dispatchers
 
 /**
- * Mono samples for engines of one sample rate, resampled while loading. Any thread. The functions `from...` suspend on a
+ * Samples of one channel, two, or a sound field, for engines of one sample rate, resampled while loading. Any thread. The functions `from...` suspend on a
  * dispatcher, the functions `load...` block. Sources continue to play a closed clip.
  */
 class Clip private constructor(handle: Long) : Resource(handle) {
@@ -46,6 +46,28 @@ class Clip private constructor(handle: Long) : Resource(handle) {
         fun loadStereoSamples(samples: FloatArray, rateHz: Int, engineRateHz: Int): Clip {
             Native.require()
             return Clip(Native.clipFromStereo(samples, rateHz, engineRateHz))
+        }
+
+        /**
+         * From interleaved samples of a first-order sound field in AmbiX form, W, Y, Z, X in SN3D, at [rateHz]. A 2D source plays it
+         * around the listener, fixed in the world: its front is -z, its left -x, its top +y. A source with a position plays W.
+         * Blocks.
+         */
+        @JvmStatic
+        fun loadAmbix(samples: FloatArray, rateHz: Int, engineRateHz: Int): Clip {
+            Native.require()
+            return Clip(Native.clipFromAmbix(samples, rateHz, engineRateHz))
+        }
+
+        /**
+         * From the content of a WAV file, or of a FLAC or Ogg Vorbis file if the library is built with its feature `compressed`.
+         * [channels]: 1 for their mean, 2 for the first two, 4 for a sound field as of [loadAmbix]. Blocks.
+         */
+        @JvmStatic
+        @JvmOverloads
+        fun loadBytes(bytes: ByteArray, engineRateHz: Int, channels: Int = 1): Clip {
+            Native.require()
+            return Clip(Native.clipFromFile(bytes, channels, engineRateHz))
         }
 
         /** As [loadFile], on a dispatcher. */

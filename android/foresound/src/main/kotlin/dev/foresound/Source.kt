@@ -184,8 +184,16 @@ class SourceOptions @JvmOverloads constructor(
     var is2d: Boolean = false,
     /** 0 to 255: with more sources than slots, those of higher priority get slots of their own first. */
     var priority: Int = 128,
+    /**
+     * Semi-axes in metres of an ellipsoid around the source along its x, y and z, 0 to 1000: three equal ones are a sphere, one a
+     * line such as a river, all 0 a point. A wide source sounds from points on the ellipsoid, of which a share may be hidden.
+     */
+    var extentM: FloatArray = FloatArray(3),
+    /** Number of those points, 4 to 32. */
+    var extentPoints: Int = 16,
 ) {
     internal fun numbers(): DoubleArray {
+        require(extentM.size == 3) { "extentM has ${extentM.size} semi-axes instead of 3" }
         require(directivity.size == 8) { "directivity has ${directivity.size} bands instead of 8" }
         val effects = listOf(
             direct to Native.Effect.DIRECT,
@@ -212,6 +220,8 @@ class SourceOptions @JvmOverloads constructor(
         numbers[Native.SourceOptions.AIR_ABSORPTION] = airAbsorption.toDouble()
         numbers[Native.SourceOptions.IS_2D] = if (is2d) 1.0 else 0.0
         numbers[Native.SourceOptions.PRIORITY] = priority.toDouble()
+        numbers[Native.SourceOptions.EXTENT_POINTS] = extentPoints.toDouble()
+        extentM.forEachIndexed { axis, metres -> numbers[Native.SourceOptions.EXTENT_M + axis] = metres.toDouble() }
         directivity.forEachIndexed { band, weight -> numbers[Native.SourceOptions.DIRECTIVITY + band] = weight.toDouble() }
         return numbers
     }
