@@ -14,7 +14,6 @@ use foresound::scene::{
 };
 use glam::Vec3;
 
-#[allow(dead_code, unreachable_pub, reason = "shared by several tests")]
 mod reference;
 use reference::generators;
 

@@ -381,6 +381,7 @@ fn conversion(path: &Path, options: &str) -> String {
 mod tests {
     use super::*;
     use foresound::output::WavSink;
+    use hound::WavSpec;
     use std::f64::consts::TAU;
     use std::path::PathBuf;
 

@@ -234,7 +234,8 @@ fn sound(world: &mut World) {
             succeeds(foresound_source_play(engine, source, handle, 1));
         }
         4 => {
-            let begin: &[u8] = [b"fLaC\0\0\0\x22", b"OggS\0\x02", b"RIFF"][world.bytes.below(3)];
+            let begin: &[u8] =
+                [&b"fLaC\0\0\0\x22"[..], b"OggS\0\x02", b"RIFF"][world.bytes.below(3)];
             let channels = world.bytes.byte().into();
             let bytes = [begin, world.bytes.take(64)].concat();
             // SAFETY: the address of as many bytes and of a variable.
