@@ -54,6 +54,7 @@ static void no_engine(uint64_t engine, uint64_t scene, uint64_t clip) {
     NO(foresound_engine_set_budget(engine, NULL));
     NO(foresound_engine_paths(engine, &path, sizeof path, 1, &count));
     NO(foresound_instance_add(engine, scene, &pose, sizeof pose, &instance));
+    NO(foresound_instance_add_joined(engine, scene, &pose, sizeof pose, &instance));
     NO(foresound_instance_move(engine, 0, &pose, sizeof pose));
     NO(foresound_instance_remove(engine, 0));
     NO(foresound_source_add(engine, 0, 0, 0, &source));
@@ -238,6 +239,11 @@ int main(void) {
     NO(foresound_instance_add(engine, scene, &nowhere, sizeof pose, &instance));
     NO(foresound_instance_add(engine, clip, &pose, sizeof pose, &instance));
     NO(foresound_instance_add(engine, 0, &pose, sizeof pose, &instance));
+    NO(foresound_instance_add_joined(engine, scene, NULL, sizeof pose, &instance));
+    NO(foresound_instance_add_joined(engine, scene, &nowhere, sizeof pose, &instance));
+    NO(foresound_instance_add_joined(engine, clip, &pose, sizeof pose, &instance));
+    YES(foresound_instance_add_joined(engine, scene, &pose, sizeof pose, &instance));
+    YES(foresound_instance_remove(engine, instance));
     YES(foresound_instance_add(engine, scene, &pose, sizeof pose, &instance));
     NO(foresound_instance_move(engine, instance, NULL, sizeof pose));
     NO(foresound_instance_move(engine, instance, &nowhere, sizeof pose));

@@ -264,6 +264,11 @@ final class Bridge {
         refuses(argument, () -> Native.instanceAdd(engine, scene, at(Float.NaN, 0, 0)));
         refuses(argument, () -> Native.instanceAdd(engine, scene, at(0, 1e30f, 0)));
         refuses(state, () -> Native.instanceAdd(engine, 77, at(0, 0, 0)));
+        refuses(argument, () -> Native.instanceAddJoined(engine, scene, at(Float.NaN, 0, 0)));
+        refuses(state, () -> Native.instanceAddJoined(engine, 77, at(0, 0, 0)));
+        int joined = Native.instanceAddJoined(engine, scene, at(0, 0, 0));
+        refuses(argument, () -> Native.instanceMove(engine, joined, new float[] {1, 0, 0, 0, 0, 0, 1}));
+        Native.instanceRemove(engine, joined);
         refuses(argument, () -> Native.instanceAdd(engine, clip, at(0, 0, 0)));
         refuses(argument, () -> Native.instanceMove(engine, instance + 1, new float[] {0, 0, 0, 0, 0, 0, 1}));
         refuses(argument, () -> Native.instanceMove(engine, -1, new float[] {0, 0, 0, 0, 0, 0, 1}));
@@ -410,6 +415,7 @@ final class Bridge {
             () -> Native.sourceRemove(engine, source),
             () -> Native.sourceConfigure(engine, source, new double[Native.SourceOptions.LENGTH]),
             () -> Native.instanceAdd(engine, scene, at(0, 0, 0)),
+            () -> Native.instanceAddJoined(engine, scene, at(0, 0, 0)),
             () -> Native.instanceMove(engine, 0, at(0, 0, 0)),
             () -> Native.instanceRemove(engine, 0),
             () -> Native.sourceSetGain(engine, source, 1),

@@ -20,6 +20,19 @@ pub fn add(engine: u64, part: u64, pose: &Pose) -> Result<u32, CallError> {
     })
 }
 
+/// Adds an instance that stays where it is and is joined with those that it touches; else as [`add`].
+///
+/// # Errors
+/// As [`add`].
+pub fn add_joined(engine: u64, part: u64, pose: &Pose) -> Result<u32, CallError> {
+    let part = SCENES.with(part, |part| Ok(part.clone()))?;
+    ENGINES.with(engine, |engine| {
+        let pose = pose.instance(0);
+        let id = engine.controller().add_joined_instance(part, &pose)?;
+        Ok(id.bits())
+    })
+}
+
 impl EngineControl {
     /// Moves an instance, from the next tick on.
     ///

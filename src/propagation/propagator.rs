@@ -11,7 +11,7 @@ use glam::{DVec3, Vec3};
 
 use crate::error::Result;
 use crate::propagation::diffraction::{MAX_DIRECT_EDGES, MAX_REFLECTED_EDGE_PATHS};
-use crate::propagation::diffuse::{ListenerField, SceneField, VisibilityCells};
+use crate::propagation::diffuse::{FieldRenewal, ListenerField, SceneField, VisibilityCells};
 use crate::propagation::image_source::discovery_history::{DiscoveryHistory, MAX_AGE};
 use crate::propagation::image_source::expansion::{MAX_CANDIDATES, expand};
 use crate::propagation::image_source::sequence::Sequence;
@@ -110,6 +110,8 @@ pub struct Propagator {
     field: SceneField,
     /// Scene revision of the field, and the update since which the present one holds.
     field_of: Option<u64>,
+    /// The field of a scene whose joined parts have changed, and the revision that it is made for.
+    renewal: Option<(FieldRenewal, u64)>,
     resting_since: (u64, u64),
     listener_field: ListenerField,
     predicted: Vec<PredictedPosition>,
@@ -170,6 +172,7 @@ impl Propagator {
             cells: VisibilityCells::default(),
             field: SceneField::default(),
             field_of: None,
+            renewal: None,
             resting_since: (0, 0),
             listener_field: ListenerField::default(),
             predicted: Vec::new(),
@@ -320,6 +323,29 @@ impl Propagator {
             self.field_of = Some(scene_state);
             let samples = SAMPLES_PER_RAY * self.settings.source_rays as usize;
             self.field = SceneField::new(scene, samples.min(MAX_SAMPLES), &mut cell_rays);
+        } else if scene.has_joined_instances() || self.renewal.is_some() {
+            // Parts come while the listener walks, and the field takes many updates' time.
+            let has_parts_changed = self.field_of < Some(self.revision.fixed_since());
+            let is_due = has_parts_changed || is_at_rest && self.field_of != Some(scene_state);
+            if self.renewal.is_none() && is_due {
+                let samples = SAMPLES_PER_RAY * self.settings.source_rays as usize;
+                let count = samples.min(MAX_SAMPLES);
+                let renewal = FieldRenewal::new(scene, count, &self.field, &mut cell_rays);
+                self.renewal = Some((renewal, scene_state));
+            } else if let Some((renewal, of)) = &mut self.renewal
+                && let Some(field) = renewal.step(scene, &mut cell_rays)
+            {
+                self.field_of = Some(*of);
+                self.field = field;
+                self.renewal = None;
+                self.listener_field.invalidate();
+                for there in &mut self.predicted {
+                    there.field.invalidate();
+                }
+                for task in &mut self.tasks {
+                    task.forget_late();
+                }
+            }
         } else if is_at_rest && self.field_of != Some(scene_state) {
             self.field_of = Some(scene_state);
             self.field.renew(scene, &mut cell_rays);

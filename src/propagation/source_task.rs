@@ -251,6 +251,13 @@ impl SourceTask {
         }
     }
 
+    /// Drops what the source has left at the patches of an earlier field: as after a jump, all rotations are due.
+    pub(super) fn forget_late(&mut self) {
+        self.late = LateEstimator::default();
+        self.missing_rotations = ROTATIONS as usize;
+        self.last_position = None;
+    }
+
     /// Casts the source's rays of rotation `turn` and estimates the late field. The rays of a moving source start at fixed
     /// points near it: the late energy then depends on its position and not on its past.
     fn update_late(

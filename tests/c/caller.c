@@ -213,6 +213,8 @@ int main(void) {
     CHECK(instance != 0);
     MUST(foresound_instance_move(engine, instance, &listener, sizeof listener));
     MUST(foresound_instance_remove(engine, instance));
+    MUST(foresound_instance_add_joined(engine, scene, &listener, sizeof listener, &instance));
+    MUST(foresound_instance_remove(engine, instance));
     REFUSED(foresound_engine_tick(engine, &listener, NULL, 0, KNOWN_Pose - 4));
     REFUSED(foresound_engine_tick(engine, &listener, NULL, 0, 1));
     float loudest = 0;

@@ -5,6 +5,7 @@ pub mod cells;
 pub mod chart;
 pub mod clicks;
 pub mod clip;
+pub mod cut;
 pub mod decay_figure;
 pub mod edge_figure;
 pub mod floor_plan;

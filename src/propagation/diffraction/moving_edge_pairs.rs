@@ -108,7 +108,7 @@ pub fn shortest(scene: &Scene, endpoints: &Endpoints) -> ShortestPaths {
 
 /// Whether two edges belong to different rigid bodies and a path over both may be as short as `longest_m`.
 fn may_pair(scene: &Scene, first: &EdgeDistance, last: &EdgeDistance, longest_m: f64) -> bool {
-    if first.near_m + last.near_m > longest_m || scene.is_same_rigid_body(first.index, last.index) {
+    if first.near_m + last.near_m > longest_m || scene.is_committed_pair(first.index, last.index) {
         return false;
     }
     let apart_m = first.edge.distance_m(&last.edge);

@@ -37,7 +37,7 @@ pub mod visibility_cells;
 pub use crate::propagation::diffuse::envelope::{LateSegment, late_segments};
 pub use crate::propagation::diffuse::listener_field::ListenerField;
 pub use crate::propagation::diffuse::source_rays::SourceRays;
-pub use crate::propagation::diffuse::transport::SceneField;
+pub use crate::propagation::diffuse::transport::{FieldRenewal, SceneField};
 pub use crate::propagation::diffuse::visibility_cells::{VisibilityCells, stable_viewpoint};
 
 use glam::{DVec3, Vec3};

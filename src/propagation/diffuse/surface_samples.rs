@@ -2,7 +2,8 @@
 //!
 //! Own. Points lie evenly by area on both sides of every surface. Sides that sound cannot reach (cavities of solids, the
 //! outside of a closed room) are dropped. A patch is a cluster of samples on one side that see each other, so no patch
-//! reaches through a wall. The result depends on the fixed part of the scene alone.
+//! reaches through a wall. The result depends on the fixed part of the scene and on
+//! joined parts alone.
 
 use glam::Vec3;
 
@@ -73,7 +74,7 @@ pub(crate) struct SurfaceSamples {
 }
 
 impl SurfaceSamples {
-    /// About `count` samples of the scene's fixed part. Adds the rays cast to `rays`.
+    /// About `count` samples of the scene's fixed part and of joined parts. Adds the rays cast to `rays`.
     pub(crate) fn new(scene: &Scene, count: usize, rays: &mut u64) -> Self {
         let mut samples = Self::by_area(scene, count);
         samples.drop_unreachable(scene, rays);
@@ -86,10 +87,7 @@ impl SurfaceSamples {
 
     /// Both sides of points at even steps of area.
     fn by_area(scene: &Scene, count: usize) -> Self {
-        let mut triangles: Vec<_> = scene.bvh().triangles().collect();
-        triangles.sort_unstable_by_key(|(_, triangle, _)| *triangle);
-        let area = |[a, b, c]: &[Vec3; 3]| 0.5 * f64::from((b - a).cross(c - a).length());
-        let total: f64 = triangles.iter().map(|(corners, ..)| area(corners)).sum();
+        let total: f64 = scene.static_areas().map(|(area_m2, _)| area_m2).sum();
         let mut samples = Self {
             area_m2: (total / count as f64) as f32,
             ..Self::default()
@@ -99,16 +97,20 @@ impl SurfaceSamples {
         }
         let step = total / count as f64;
         let (mut sum, mut mark) = (0.0, 0.5 * step);
-        for (corners, _, surface) in &triangles {
-            sum += area(corners);
+        for (area_m2, triangle) in scene.static_areas() {
+            sum += area_m2;
             while mark < sum && samples.all.len() < 2 * count {
-                let point = point_within(corners, (samples.all.len() / 2) as u64);
-                let normal = scene.surface(*surface).normal.as_vec3();
+                let Some(corners) = scene.corners_in_scene(triangle) else {
+                    break;
+                };
+                let surface = scene.surface_of(triangle);
+                let point = point_within(&corners, (samples.all.len() / 2) as u64);
+                let normal = scene.surface(surface).normal.as_vec3();
                 for normal in [normal, -normal] {
                     samples.all.push(SurfaceSample {
                         point,
                         normal,
-                        surface: *surface,
+                        surface,
                         patch: 0,
                         behind: None,
                         clear_m: 0.0,
@@ -132,7 +134,7 @@ impl SurfaceSamples {
                 let ray = probe_ray(&self.all[index], index, probe, PROBES);
                 *rays += 1;
                 let own = self.all[index].surface;
-                let Some(hit) = scene.bvh().closest_hit(&ray, [own, NO_GROUP]) else {
+                let Some(hit) = scene.closest_static_hit(&ray, [own, NO_GROUP]) else {
                     continue;
                 };
                 all_m.push(hit.t);
@@ -182,7 +184,7 @@ impl SurfaceSamples {
                 let origin = sample.point + HEIGHT_M * sample.normal;
                 let ray = Ray::new(origin, side * cos + other * sin);
                 *rays += 1;
-                if let Some(hit) = scene.bvh().closest_hit(&ray, [NO_GROUP; 2]) {
+                if let Some(hit) = scene.closest_static_hit(&ray, [NO_GROUP; 2]) {
                     sample.clear_m = sample.clear_m.min(hit.t);
                 }
             }
@@ -219,7 +221,7 @@ impl SurfaceSamples {
                 *rays += 1;
                 let centre = &centres[usize::from(**patch)];
                 let leg = Ray::between(raised(sample), raised(centre));
-                !scene.bvh().any_hit(&leg, [NO_GROUP; 2])
+                !scene.is_statically_blocked(&leg, [NO_GROUP; 2])
             });
             sample.patch = *seen.unwrap_or(&order[0]);
         }
@@ -257,7 +259,7 @@ impl SurfaceSamples {
                 ..Ray::new(sample.point, -sample.normal)
             };
             *rays += 1;
-            if let Some(hit) = scene.bvh().closest_hit(&ray, [sample.surface, NO_GROUP]) {
+            if let Some(hit) = scene.closest_static_hit(&ray, [sample.surface, NO_GROUP]) {
                 let other = scene.surface(hit.group);
                 let is_parallel = other.normal.as_vec3().dot(sample.normal).abs() > PARALLEL;
                 if other.material == scene.surface(sample.surface).material && is_parallel {
@@ -288,7 +290,7 @@ impl SurfaceSamples {
             }
             *rays += 1;
             let leg = Ray::between(point + HEIGHT_M * normal, raised(sample));
-            if !scene.bvh().any_hit(&leg, [NO_GROUP; 2]) {
+            if !scene.is_statically_blocked(&leg, [NO_GROUP; 2]) {
                 return Some(found);
             }
             tried[attempt] = found;

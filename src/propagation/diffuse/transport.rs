@@ -22,6 +22,9 @@ use crate::simd::{LaneSet, kernel};
 /// Rays of a sample.
 const RAYS_PER_SAMPLE: usize = 16;
 
+/// Samples of a step of [`FieldRenewal`].
+const SAMPLES_A_STEP: usize = 24;
+
 /// Time steps that the directions of the fastest group are taken from, and those of the other groups.
 pub(crate) const EARLY_STEPS: Range<usize> = 2..16;
 pub(crate) const LATE_STEPS: [Range<usize>; LATE_GROUPS - 1] = [40..80, 16..40];
@@ -106,6 +109,13 @@ pub struct SceneField {
 impl SceneField {
     /// Finds the field of a scene with about `count` samples. Adds the rays cast to `rays`.
     pub fn new(scene: &Scene, count: usize, rays: &mut u64) -> Self {
+        let mut field = Self::untraced(scene, count, rays);
+        field.renew(scene, rays);
+        field
+    }
+
+    /// The patches of a scene, without transport between them.
+    fn untraced(scene: &Scene, count: usize, rays: &mut u64) -> Self {
         let samples = SurfaceSamples::new(scene, count, rays);
         let patches = samples.patches;
         let mut share = vec![0.0; patches];
@@ -114,7 +124,7 @@ impl SceneField {
         }
         let speed_m_s = scene.speed_of_sound_m_s() as f32;
         let step_s = samples.short_leg_m / speed_m_s;
-        let mut field = Self {
+        Self {
             samples,
             step_s: step_s.clamp(STEP_RANGE_S.0, STEP_RANGE_S.1),
             speed_m_s,
@@ -125,27 +135,31 @@ impl SceneField {
             renewals: 0,
             first_legs: Vec::new(),
             decays: CommonDecays::default(),
-        };
-        field.renew(scene, rays);
-        field
+        }
     }
 
     /// Traces the transport between the patches anew, after motion of instances. Adds the rays cast to `rays`.
     pub fn renew(&mut self, scene: &Scene, rays: &mut u64) {
+        let mut sums = self.begin_trace();
+        self.trace(scene, 0..self.samples.all.len(), &mut sums, rays);
+        self.take_transports(&sums);
+    }
+
+    /// Computes responses and decays from the sums of a trace.
+    fn take_transports(&mut self, sums: &[TransportSum]) {
         let patches = self.patches();
+        self.renewals += 1;
         if patches == 0 {
             return;
         }
-        let sums = self.trace(scene, rays);
         let step_m = self.step_s * self.speed_m_s;
-        let transports = collect(&sums, patches, step_m);
+        let transports = collect(sums, patches, step_m);
         self.responses.clear();
         self.responses
             .resize(patches * STEPS * patches, [0.0; BANDS]);
         for (to, response) in self.responses.chunks_exact_mut(STEPS * patches).enumerate() {
             respond(LaneSet::best(), &transports, to as u16, response);
         }
-        self.renewals += 1;
         self.sum_spans();
         self.decays = CommonDecays::of(&PatchDecays {
             step_s: self.step_s,
@@ -198,17 +212,29 @@ impl SceneField {
         }
     }
 
-    /// Traces the rays of all samples. Returns the sums by class, source and destination.
-    fn trace(&mut self, scene: &Scene, rays: &mut u64) -> Vec<TransportSum> {
+    /// Empty sums by class, source and destination, for [`Self::trace`].
+    fn begin_trace(&mut self) -> Vec<TransportSum> {
         let patches = self.patches();
         self.first_legs.clear();
         self.first_legs.resize(patches, FirstLegs::default());
-        let mut sums = vec![TransportSum::default(); CLASSES * patches * patches];
+        vec![TransportSum::default(); CLASSES * patches * patches]
+    }
+
+    /// Traces the rays of a range of samples.
+    fn trace(
+        &mut self,
+        scene: &Scene,
+        range: Range<usize>,
+        sums: &mut [TransportSum],
+        rays: &mut u64,
+    ) {
+        let patches = self.patches();
         let mut of_patch = vec![0u32; patches];
         for sample in &self.samples.all {
             of_patch[usize::from(sample.patch)] += RAYS_PER_SAMPLE as u32;
         }
-        for (index, sample) in self.samples.all.iter().enumerate() {
+        let own = self.samples.all.iter().enumerate();
+        for (index, sample) in own.skip(range.start).take(range.len()) {
             let from = usize::from(sample.patch);
             for number in 0..RAYS_PER_SAMPLE {
                 let mut ray = probe_ray(sample, index, number, RAYS_PER_SAMPLE);
@@ -279,7 +305,41 @@ impl SceneField {
                 }
             }
         }
-        sums
+    }
+}
+
+/// A field that is made in steps, while an earlier one is in use: parts of the scene have come or gone.
+#[derive(Debug, Default)]
+pub struct FieldRenewal {
+    field: SceneField,
+    sums: Vec<TransportSum>,
+    /// Samples that have been traced.
+    traced: usize,
+}
+
+impl FieldRenewal {
+    /// Finds the patches of a scene with about `count` samples. Adds the rays cast to `rays`.
+    pub fn new(scene: &Scene, count: usize, after: &SceneField, rays: &mut u64) -> Self {
+        let mut field = SceneField::untraced(scene, count, rays);
+        field.renewals = after.renewals;
+        Self {
+            sums: field.begin_trace(),
+            field,
+            traced: 0,
+        }
+    }
+
+    /// Traces some more samples; returns the field after all of them. Adds the rays cast to `rays`.
+    pub fn step(&mut self, scene: &Scene, rays: &mut u64) -> Option<SceneField> {
+        let all = self.field.samples.all.len();
+        let range = self.traced..all.min(self.traced + SAMPLES_A_STEP);
+        self.traced = range.end;
+        let is_traced = range.is_empty();
+        self.field.trace(scene, range, &mut self.sums, rays);
+        is_traced.then(|| {
+            self.field.take_transports(&self.sums);
+            std::mem::take(&mut self.field)
+        })
     }
 }
 

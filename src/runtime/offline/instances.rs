@@ -22,6 +22,21 @@ impl OfflineRenderer {
         Ok(id)
     }
 
+    /// Adds an instance that stays where it is and is joined with those that it touches.
+    ///
+    /// # Errors
+    /// As [`Scene::add_joined_instance`].
+    pub fn add_joined_instance(
+        &mut self,
+        part: Arc<Scene>,
+        pose: &InstancePose,
+    ) -> Result<InstanceId> {
+        let propagator = self.propagation.propagator_mut();
+        let id = propagator.scene_mut().add_joined_instance(part, pose)?;
+        self.follow_scene();
+        Ok(id)
+    }
+
     /// Moves instances. Valid poses are applied even if others are invalid.
     ///
     /// # Errors

@@ -21,13 +21,65 @@ const RAYS_A_PIECE: f64 = 8.0;
 
 /// A free boundary, stored by surface.
 #[derive(Debug, Clone, Copy)]
-struct FreeBoundary {
-    surface: u32,
-    origin: DVec3,
-    direction: DVec3,
-    length_m: f64,
+pub(in crate::scene) struct FreeBoundary {
+    pub(in crate::scene) surface: u32,
+    pub(in crate::scene) origin: DVec3,
+    pub(in crate::scene) direction: DVec3,
+    pub(in crate::scene) length_m: f64,
     /// Whether it is free on the side of the surface's normal and on the other.
-    free: [bool; 2],
+    pub(in crate::scene) free: [bool; 2],
+}
+
+impl FreeBoundary {
+    /// Adds its pieces that are still free by `is_free`, which is asked with a point and a side.
+    pub(in crate::scene) fn add_rest(
+        &self,
+        rest: &mut Vec<Self>,
+        mut is_free: impl FnMut(DVec3, usize) -> bool,
+    ) {
+        let pieces = (self.length_m / PIECE_M)
+            .ceil()
+            .clamp(1.0, MOST_PIECES as f64);
+        let piece_m = self.length_m / pieces;
+        let mut open: Option<Self> = None;
+        for piece in 0..pieces as u32 {
+            let start_m = piece_m * f64::from(piece);
+            let middle = self.origin + self.direction * (start_m + 0.5 * piece_m);
+            let free = [0, 1].map(|side| self.free[side] && is_free(middle, side));
+            match &mut open {
+                Some(open) if open.free == free => open.length_m += piece_m,
+                _ => {
+                    rest.extend(open.filter(|piece| piece.free != [false; 2]));
+                    open = Some(Self {
+                        origin: self.origin + self.direction * start_m,
+                        length_m: piece_m,
+                        free,
+                        ..*self
+                    });
+                }
+            }
+        }
+        rest.extend(open.filter(|piece| piece.free != [false; 2]));
+    }
+}
+
+/// Distance in metres of a point from the nearest of these boundaries that is free on a side, if that is below `within_m`.
+pub(in crate::scene) fn nearest_m(
+    boundaries: &[FreeBoundary],
+    point: DVec3,
+    in_front: bool,
+    within_m: f64,
+) -> Option<f64> {
+    let mut nearest = within_m * within_m;
+    let side = usize::from(!in_front);
+    for boundary in boundaries.iter().filter(|b| b.free[side]) {
+        let out = point - boundary.origin;
+        let along = out.dot(boundary.direction);
+        let beyond = along - along.clamp(0.0, boundary.length_m);
+        let across = out.length_squared() - along * along;
+        nearest = nearest.min(across.max(0.0) + beyond * beyond);
+    }
+    (nearest < within_m * within_m).then(|| nearest.sqrt())
 }
 
 /// The free boundaries of every surface of a mesh.
@@ -69,7 +121,7 @@ impl SurfaceBoundaries {
         Self { boundaries, first }
     }
 
-    fn of(&self, surface: u32) -> &[FreeBoundary] {
+    pub(super) fn of(&self, surface: u32) -> &[FreeBoundary] {
         let bound = |index: u32| self.first.get(index as usize).map(|&first| first as usize);
         match (bound(surface), bound(surface.saturating_add(1))) {
             (Some(first), Some(end)) => &self.boundaries[first..end],
@@ -86,16 +138,7 @@ impl SurfaceBoundaries {
         in_front: bool,
         within_m: f64,
     ) -> Option<f64> {
-        let mut nearest = within_m * within_m;
-        let side = usize::from(!in_front);
-        for boundary in self.of(surface).iter().filter(|b| b.free[side]) {
-            let out = point - boundary.origin;
-            let along = out.dot(boundary.direction);
-            let beyond = along - along.clamp(0.0, boundary.length_m);
-            let across = out.length_squared() - along * along;
-            nearest = nearest.min(across.max(0.0) + beyond * beyond);
-        }
-        (nearest < within_m * within_m).then(|| nearest.sqrt())
+        nearest_m(self.of(surface), point, in_front, within_m)
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use crate::acoustics::smoothstep;
 use crate::binary::stored;
+use crate::geometry::bvh::NO_GROUP;
 
 /// Shortest edge in metres, times [`Edge::length_scale`]: shorter ones cast no shadow below 1 kHz.
 pub const LEAST_LENGTH_M: f64 = 0.3;
@@ -51,6 +52,20 @@ pub struct Edge {
     /// Wavelengths in the scene's air relative to those in the default air (`Scene::length_scale`).
     pub length_scale: f64,
 }
+
+/// Edge of a stale index: no path crosses it.
+pub(in crate::scene) const NO_EDGE: Edge = Edge {
+    key: 0,
+    origin: DVec3::NAN,
+    direction: DVec3::Y,
+    length_m: 0.0,
+    tangent: DVec3::X,
+    normal: DVec3::Z,
+    n: 2.0,
+    faces: [NO_GROUP; 2],
+    free_ends: [false; 2],
+    length_scale: 1.0,
+};
 
 /// The crossing of an edge by a diffracted path.
 #[derive(Debug, Clone, Copy, PartialEq)]

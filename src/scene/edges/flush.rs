@@ -32,13 +32,14 @@ const MOST_COMPARED: usize = 1 << 22;
 const MOST_IN_SECTIONS: usize = 1 << 27;
 
 /// A section of an edge along which a half-plane of another face begins.
-#[derive(Clone, Copy, Default)]
-struct Contact {
+#[derive(Debug, Clone, Copy, Default)]
+pub(in crate::scene) struct Contact {
     /// From and to in metres along the edge.
-    span_m: [f64; 2],
+    pub(in crate::scene) span_m: [f64; 2],
     /// Angle of the half-plane around the edge.
-    angle: f64,
-    surface: u32,
+    pub(in crate::scene) angle: f64,
+    /// Surface of the half-plane.
+    pub(in crate::scene) surface: u32,
 }
 
 /// A triangle in the plane of its surface.
@@ -64,7 +65,7 @@ pub(super) fn cut(
     triangles: &[[u32; 3]],
     surfaces: &SurfaceSet,
 ) -> Vec<Edge> {
-    let mut contacts = contacts(&edges, vertices, triangles, surfaces);
+    let mut contacts = by_edge(edges.len(), contacts(&edges, vertices, triangles, surfaces));
     let mut result = Vec::with_capacity(edges.len());
     let (mut first, mut left) = (0, MOST_IN_SECTIONS);
     for (edge, &end) in edges.iter().zip(&contacts.ends) {
@@ -79,6 +80,15 @@ pub(super) fn cut(
         first = end;
     }
     result
+}
+
+/// Adds what is left of one edge with these contacts.
+pub(in crate::scene) fn pieces(edge: &Edge, contacts: &mut [Contact], result: &mut Vec<Edge>) {
+    let own = joined(contacts);
+    match own.is_empty() {
+        true => result.push(*edge),
+        false => sections(edge, own, result),
+    }
 }
 
 /// Joins overlapping contacts of one edge with the same half-plane: thousands where triangles of a surface overlap.
@@ -104,14 +114,18 @@ fn joined(contacts: &mut [Contact]) -> &[Contact] {
     &contacts[..count]
 }
 
-/// All contacts that narrow an edge's exterior wedge.
-fn contacts(
+/// All contacts that narrow an edge's exterior wedge, each with the index of its edge.
+pub(in crate::scene) fn contacts(
     edges: &[Edge],
     vertices: &[Vec3],
     triangles: &[[u32; 3]],
     surfaces: &SurfaceSet,
-) -> Contacts {
+) -> Vec<(u32, Contact)> {
     let tree = EdgeTree::build(edges);
+    let Some((least, greatest)) = tree.bounds() else {
+        return Vec::new();
+    };
+    let (least, greatest) = (least - 2.0 * PROBE_M, greatest + 2.0 * PROBE_M);
     let mut found: Vec<(u32, Contact)> = Vec::new();
     let mut compared = 0;
     for (triangle, &surface) in triangles.iter().zip(&surfaces.triangle_surface) {
@@ -119,11 +133,15 @@ fn contacts(
             break;
         }
         let corners = triangle.map(|v| vertices[v as usize].as_dvec3());
-        let normal = surfaces.surfaces[surface as usize].normal;
-        let facet = Facet::new(corners, normal, surface);
         let [a, b, c] = corners;
         let low = a.min(b).min(c) - PROBE_M;
         let high = a.max(b).max(c) + PROBE_M;
+        // Most triangles of a part are far from the few edges that may touch another one.
+        if low.cmpgt(greatest).any() || high.cmplt(least).any() {
+            continue;
+        }
+        let normal = surfaces.surfaces[surface as usize].normal;
+        let facet = Facet::new(corners, normal, surface);
         tree.walk(|min, max, leaf| {
             let apart = min.cmpgt(high).any() || max.cmplt(low).any();
             if apart || compared >= MOST_COMPARED || !facet.plane_meets(min, max) {
@@ -136,12 +154,16 @@ fn contacts(
             true
         });
     }
-    // Counted by edge; order within an edge is left to `joined`.
-    let mut next = vec![0u32; edges.len() + 1];
+    found
+}
+
+/// Contacts by edge. Counted; order within an edge is left to `joined`.
+fn by_edge(edges: usize, found: Vec<(u32, Contact)>) -> Contacts {
+    let mut next = vec![0u32; edges + 1];
     for (edge, _) in &found {
         next[*edge as usize + 1] += 1;
     }
-    for edge in 0..edges.len() {
+    for edge in 0..edges {
         next[edge + 1] += next[edge];
     }
     let mut list = vec![Contact::default(); found.len()];
@@ -151,7 +173,7 @@ fn contacts(
         *slot += 1;
     }
     // Each has moved on to the end of its edge's contacts.
-    next.truncate(edges.len());
+    next.truncate(edges);
     Contacts { list, ends: next }
 }
 

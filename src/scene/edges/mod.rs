@@ -19,13 +19,16 @@ use glam::{DVec3, Vec3};
 pub use crate::scene::edges::visibility_graph::{
     FACE_REACH_M, MOST_LISTED, MOST_NEIGHBOURS, REACH_M,
 };
+pub(super) use edge::NO_EDGE;
 pub use edge::{Edge, EdgeCrossing, LEAST_LENGTH_M, LEAST_TURN_DEG};
 pub use flush::FLUSH_M;
+pub(super) use flush::{Contact, contacts, pieces};
 pub(super) use mirrors::choose;
 pub use mirrors::{EdgeMirrors, MOST_EDGE_MIRRORS};
 
 use super::surface::SurfaceSet;
 use crate::geometry::Bvh;
+pub(super) use boundaries::{FreeBoundary, nearest_m};
 use tree::EdgeTree;
 
 /// Most edges of one query.
@@ -48,6 +51,28 @@ pub struct EdgeSet {
     boundaries: boundaries::SurfaceBoundaries,
     /// The largest surfaces, largest first.
     large: Vec<u32>,
+}
+
+/// What a query calls the edges of a set, and which of them have another shape than at commit.
+pub(super) trait EdgeNames {
+    /// The number of an edge.
+    fn number(&self, edge: u32) -> u32;
+
+    /// An edge as it is now, if that is not as it was committed.
+    fn changed(&self, edge: u32) -> Option<&Edge>;
+}
+
+/// The names of a scene's own edges.
+pub(super) struct OwnEdges;
+
+impl EdgeNames for OwnEdges {
+    fn number(&self, edge: u32) -> u32 {
+        edge
+    }
+
+    fn changed(&self, _: u32) -> Option<&Edge> {
+        None
+    }
 }
 
 /// An edge with the length of the shortest path over it.
@@ -124,6 +149,38 @@ impl EdgeSet {
         }
     }
 
+    /// Edges without pairs, mirrors and boundaries.
+    pub(super) fn of_edges(edges: Vec<Edge>) -> Self {
+        Self {
+            tree: EdgeTree::build(&edges),
+            edges,
+            ..Self::default()
+        }
+    }
+
+    /// Calls `visit` with every edge in a box.
+    pub(super) fn visit_box(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(u32)) {
+        let is_apart = |min: DVec3, max: DVec3| min.cmpgt(high).any() || max.cmplt(low).any();
+        self.tree.walk(|min, max, leaf| {
+            if is_apart(min, max) {
+                return false;
+            }
+            for &index in leaf {
+                let edge = self.get(index);
+                let (from, to) = (edge.origin, edge.at(edge.length_m));
+                if !is_apart(from.min(to), from.max(to)) {
+                    visit(index);
+                }
+            }
+            true
+        });
+    }
+
+    /// The free boundaries of a surface.
+    pub(super) fn boundaries_of(&self, surface: u32) -> &[FreeBoundary] {
+        self.boundaries.of(surface)
+    }
+
     /// All edges.
     pub fn as_slice(&self) -> &[Edge] {
         &self.edges
@@ -195,16 +252,16 @@ impl EdgeSet {
     }
 
     /// Adds the shortest paths between two points over one edge, up to `longest_m`: both points in the exterior wedge, the
-    /// crossing within the edge's ends. `index` maps the indices of edges. Occlusion is not tested.
+    /// crossing within the edge's ends. Occlusion is not tested.
     pub(super) fn add_crossings(
         &self,
         near: &mut DiffractingEdges,
         from: DVec3,
         to: DVec3,
         longest_m: f64,
-        index: impl Fn(u32) -> u32,
+        names: &impl EdgeNames,
     ) {
-        self.nearest(near, (from, to), longest_m, index, |edge, bound_m| {
+        self.nearest(near, (from, to), longest_m, names, |edge, bound_m| {
             // Most paths are too long for a full list; lengths are cheaper than angles.
             edge.crossing_rank_m(from, to, bound_m)
         });
@@ -215,20 +272,20 @@ impl EdgeSet {
     /// at its end.
     pub fn first_crossings(&self, from: DVec3, to: DVec3, longest_m: f64) -> DiffractingEdges {
         let mut near = DiffractingEdges::default();
-        self.add_first_crossings(&mut near, (from, to), longest_m, |edge| edge);
+        self.add_first_crossings(&mut near, (from, to), longest_m, &OwnEdges);
         near
     }
 
-    /// Adds [`Self::first_crossings`] to a list; `index` maps the indices of edges.
+    /// Adds [`Self::first_crossings`] to a list.
     pub(super) fn add_first_crossings(
         &self,
         near: &mut DiffractingEdges,
         ends: (DVec3, DVec3),
         longest_m: f64,
-        index: impl Fn(u32) -> u32,
+        names: &impl EdgeNames,
     ) {
         let counts = |edge: &Edge| edge.is_outside(ends.0);
-        self.add_shortest(near, ends, longest_m, counts, index);
+        self.add_shortest(near, ends, longest_m, counts, names);
     }
 
     /// The same where either end lies in the exterior wedge: the list does not change if they are exchanged.
@@ -237,10 +294,10 @@ impl EdgeSet {
         near: &mut DiffractingEdges,
         ends: (DVec3, DVec3),
         longest_m: f64,
-        index: impl Fn(u32) -> u32,
+        names: &impl EdgeNames,
     ) {
         let counts = |edge: &Edge| edge.is_outside(ends.0) || edge.is_outside(ends.1);
-        self.add_shortest(near, ends, longest_m, counts, index);
+        self.add_shortest(near, ends, longest_m, counts, names);
     }
 
     fn add_shortest(
@@ -249,9 +306,9 @@ impl EdgeSet {
         (from, to): (DVec3, DVec3),
         longest_m: f64,
         counts: impl Fn(&Edge) -> bool,
-        index: impl Fn(u32) -> u32,
+        names: &impl EdgeNames,
     ) {
-        self.nearest(near, (from, to), longest_m, index, |edge, bound_m| {
+        self.nearest(near, (from, to), longest_m, names, |edge, bound_m| {
             let least_m = edge.min_path_length_m(from, to);
             if least_m > bound_m || !counts(edge) {
                 return None;
@@ -267,7 +324,7 @@ impl EdgeSet {
         near: &mut DiffractingEdges,
         (from, to): (DVec3, DVec3),
         longest_m: f64,
-        index: impl Fn(u32) -> u32,
+        names: &impl EdgeNames,
         path_length_m: impl Fn(&Edge, f64) -> Option<f64>,
     ) {
         let slack_m = self.tree.slack_m();
@@ -278,10 +335,9 @@ impl EdgeSet {
             }
             for &edge in leaf {
                 let bound_m = near.bound_m(longest_m);
-                if let Some(length_m) =
-                    path_length_m(self.get(edge), bound_m).filter(|l| *l <= longest_m)
-                {
-                    let edge = index(edge);
+                let now = names.changed(edge).unwrap_or_else(|| self.get(edge));
+                if let Some(length_m) = path_length_m(now, bound_m).filter(|l| *l <= longest_m) {
+                    let edge = names.number(edge);
                     near.insert(DiffractingEdge { edge, length_m });
                 }
             }

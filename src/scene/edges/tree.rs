@@ -80,6 +80,11 @@ impl EdgeTree {
         self.nodes[this].next = self.nodes.len() as u32;
     }
 
+    /// Bounds of all edges.
+    pub(super) fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        self.nodes.first().map(|root| (root.min, root.max))
+    }
+
     /// Rounding of the sum of two distances to boxes, in metres.
     pub(super) fn slack_m(&self) -> f64 {
         SLACK_M

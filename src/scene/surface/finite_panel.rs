@@ -192,11 +192,24 @@ impl FinitePanels {
 
     /// The finite panel at a point of a surface, on the normal's side or on the other.
     pub fn at(&self, surface: u32, point: DVec3, in_front: bool) -> Option<FinitePanel> {
+        self.at_without(surface, point, in_front, &[])
+    }
+
+    /// The same without some of the panels, which are sorted.
+    pub(in crate::scene) fn at_without(
+        &self,
+        surface: u32,
+        point: DVec3,
+        in_front: bool,
+        without: &[u32],
+    ) -> Option<FinitePanel> {
         let range =
             self.first[surface as usize] as usize..self.first[surface as usize + 1] as usize;
         let side = usize::from(!in_front);
-        let piece = self.pieces[range].iter().find(|piece| {
+        let first = range.start as u32;
+        let (_, piece) = (first..).zip(&self.pieces[range]).find(|(index, piece)| {
             piece.free[side]
+                && without.binary_search(index).is_err()
                 && point.cmpge(piece.low).all()
                 && point.cmple(piece.high).all()
                 && piece.triangles.iter().any(|sides| contains(sides, point))
@@ -208,6 +221,32 @@ impl FinitePanels {
             to_edge_m: free
                 .map(|segment| distance_m(segment.ends.map(Vec3::as_dvec3), point))
                 .fold(f64::INFINITY, f64::min),
+        })
+    }
+
+    /// The panels in a box, each with its surface.
+    pub(in crate::scene) fn in_box(
+        &self,
+        low: DVec3,
+        high: DVec3,
+    ) -> impl Iterator<Item = (u32, u32)> + '_ {
+        let is_in = move |piece: &Panel| piece.low.cmple(high).all() && piece.high.cmpge(low).all();
+        let pieces = (0..).zip(&self.pieces);
+        pieces.filter_map(move |(index, piece)| is_in(piece).then_some((index, piece.surface)))
+    }
+
+    /// Whether `continues`, which is asked with points of a panel's boundary, holds anywhere there.
+    pub(in crate::scene) fn is_continued(
+        &self,
+        panel: u32,
+        mut continues: impl FnMut(Vec3, Vec3) -> bool,
+    ) -> bool {
+        let boundary = &self.pieces[panel as usize].boundary;
+        boundary.iter().any(|segment| {
+            let along = segment.ends[1] - segment.ends[0];
+            let mut samples = SAMPLES.iter();
+            segment.free != [false; 2]
+                && samples.any(|share| continues(segment.ends[0] + along * *share, along))
         })
     }
 

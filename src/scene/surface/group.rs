@@ -175,7 +175,7 @@ fn facet(mut corners: [u32; 3], position: impl Fn(u32) -> DVec3) -> Facet {
 }
 
 /// The normal or its opposite: the first component of y, x, z beyond the threshold is positive.
-fn canonical(normal: DVec3) -> DVec3 {
+pub(in crate::scene) fn canonical(normal: DVec3) -> DVec3 {
     let leading = [normal.y, normal.x, normal.z]
         .into_iter()
         .find(|component| component.abs() > SIGN_THRESHOLD);

@@ -18,7 +18,7 @@ const LENGTH_STEP_M: f64 = 1e-3;
 const OFF_GRID: f64 = 0.137;
 
 /// Key of a surface from its plane, its least corner and its material's name.
-pub(super) fn key(normal: DVec3, offset_m: f64, corner: DVec3, material: &str) -> u64 {
+pub(crate) fn key(normal: DVec3, offset_m: f64, corner: DVec3, material: &str) -> u64 {
     let mut hash = 0xcbf2_9ce4_8422_2325;
     for component in normal.to_array() {
         hash = mixed(hash ^ step(component, NORMAL_STEP));

@@ -17,6 +17,7 @@ use crate::binary::{are_below, stored};
 use curved::CurvedSurfaces;
 use grid::Grids;
 pub use grid::INSIDE_TOLERANCE_M;
+pub(super) use group::canonical;
 pub use group::{SAME_PLANE_ANGLE_DEG, SAME_PLANE_DISTANCE_M};
 
 /// A plane figure of one material, not necessarily connected. Lengths in metres, in the coordinates of

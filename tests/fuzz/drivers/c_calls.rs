@@ -301,9 +301,13 @@ fn change(world: &mut World) {
         6 => foresound_engine_restart(engine),
         8 => {
             let (part, pose, mut instance) = (world.any(), world.pose(), 0);
+            let add = match world.instances.len() % 2 {
+                0 => foresound_instance_add,
+                _ => foresound_instance_add_joined,
+            };
             // SAFETY: the addresses are a pose's and a variable's.
             let status = unsafe {
-                foresound_instance_add(
+                add(
                     engine,
                     part,
                     &raw const pose,

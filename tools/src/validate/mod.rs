@@ -20,6 +20,7 @@ mod late_rooms;
 mod late_sound;
 mod leak;
 mod mesh;
+mod mesh_chunks;
 mod mesh_curved;
 mod mesh_rooms;
 pub mod recall;
@@ -104,7 +105,7 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 29] = [
+const LAWS: [(&str, Law); 30] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
@@ -134,6 +135,7 @@ const LAWS: [(&str, Law); 29] = [
     ("thread count", thread_count::rows),
     ("mesh", mesh::rows),
     ("mesh/curved", mesh_curved::rows),
+    ("mesh/chunks", mesh_chunks::rows),
 ];
 
 /// Names of all laws.

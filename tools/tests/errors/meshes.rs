@@ -119,6 +119,11 @@ fn parts(errors: &mut Errors) {
     errors.of("no rotation", scene.set_instance_pose(&turned));
     scene.remove_instance(id).expect("it is there");
     errors.of("a part that left", scene.remove_instance(id));
+    let joined = scene.add_joined_instance(Arc::clone(&part), &at);
+    let id = joined.expect("a slot");
+    let elsewhere = InstancePose::at(id, DVec3::ZERO);
+    errors.of("a move at rest", scene.set_instance_pose(&elsewhere));
+    scene.remove_instance(id).expect("it is there");
     let mut full = 0;
     let refused = loop {
         match scene.add_instance(Arc::clone(&part), &at) {

@@ -37,6 +37,23 @@ impl Controller {
         Ok(id)
     }
 
+    /// Adds an instance that stays where it is and is joined with all such parts that it touches, as if they had been committed
+    /// in one piece: for chunks of a streamed world. From the next tick on; audible with the next update, and in the late reverb
+    /// some tens of updates later. [`Self::remove_instance`] removes it. Allocates.
+    ///
+    /// # Errors
+    /// As [`Scene::add_joined_instance`].
+    pub fn add_joined_instance(
+        &mut self,
+        part: Arc<Scene>,
+        pose: &InstancePose,
+    ) -> Result<InstanceId> {
+        let mut scene = self.posed_scene();
+        let id = scene.add_joined_instance(part, pose)?;
+        self.take_scene(scene);
+        Ok(id)
+    }
+
     /// Moves an instance from the next tick on: direct sound follows in that graphics frame, reflections with updates.
     ///
     /// # Errors

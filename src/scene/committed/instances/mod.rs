@@ -5,11 +5,14 @@
 //! part's BVH with the ray in the part's coordinates. The keys of surfaces do not depend on the pose: a path at a moving
 //! door keeps its identity. Own.
 //!
-//! A part is not joined with the scene: a door that touches its frame shares no edge or surface with it. Free edges of its
-//! panels, free ends of edges and visibility among its edges were found at its commit, without the scene; diffraction over
-//! edges of two bodies is searched at their current poses.
+//! A part that moves is not joined with the scene: a door that touches its frame shares no edge or surface with it. Free
+//! edges of its panels, free ends of edges and visibility among its edges were found at its commit, without the scene;
+//! diffraction over edges of two bodies is searched at their current poses. Parts that do not move may be joined with each
+//! other ([`joined`]).
 
 mod changes;
+mod joined;
+mod joint;
 mod materials;
 mod numbering;
 mod placed;
@@ -23,9 +26,11 @@ use glam::DVec3;
 use super::Scene;
 use crate::acoustics::Material;
 use crate::error::{Error, Result};
+use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Aabb, AabbTree, Hit, Ray};
 use crate::scene::edges::MOST_MIRRORS;
 use crate::scene::surface::Surface;
+use joined::common::CommonSurfaces;
 use materials::InstanceMaterials;
 use placed::PlacedInstance;
 
@@ -44,6 +49,8 @@ struct Slot {
 pub(super) struct Instances {
     slots: Vec<Slot>,
     count: usize,
+    /// Those of them that are joined.
+    joined: usize,
     /// Materials that the fixed scene does not have.
     materials: InstanceMaterials,
     tree: AabbTree,
@@ -51,6 +58,8 @@ pub(super) struct Instances {
     boxes: Vec<Aabb>,
     /// The largest surfaces of fixed scene and instances, largest first.
     large: Vec<u32>,
+    /// Surfaces of joined parts.
+    common: Arc<CommonSurfaces>,
 }
 
 impl Instances {
@@ -92,8 +101,22 @@ impl Instances {
 
     #[inline]
     fn surface(&self, global: u32) -> Option<&Surface> {
-        let (placed, local) = self.of(global)?;
-        placed.surfaces.get(local as usize)
+        match self.of(global) {
+            Some((placed, local)) => placed.surfaces.get(local as usize),
+            None => self.common.surface(global),
+        }
+    }
+
+    /// The groups that a ray ignores, by a part's numbers.
+    #[inline]
+    fn part_groups(&self, placed: &PlacedInstance, ignored: [u32; 2]) -> [u32; 2] {
+        ignored.map(|group| match numbering::as_common(group) {
+            None => placed.part_group(group),
+            Some(_) => {
+                let member = self.member(group, placed.pose.id.slot());
+                member.map_or(NO_GROUP, |member| member.local)
+            }
+        })
     }
 
     fn slot_of(&mut self, id: InstanceId) -> Result<&mut Slot> {
@@ -115,6 +138,22 @@ impl Instances {
 
     #[inline(never)]
     fn closest_hit(&self, ray: &Ray, ignored: [u32; 2], found: Option<Hit>) -> Option<Hit> {
+        self.closest_hit_of(ray, ignored, found, |_| true)
+    }
+
+    #[inline(never)]
+    fn closest_joined_hit(&self, ray: &Ray, ignored: [u32; 2], found: Option<Hit>) -> Option<Hit> {
+        self.closest_hit_of(ray, ignored, found, |placed| placed.joint.is_some())
+    }
+
+    #[inline(always)]
+    fn closest_hit_of(
+        &self,
+        ray: &Ray,
+        ignored: [u32; 2],
+        found: Option<Hit>,
+        counts: impl Fn(&PlacedInstance) -> bool,
+    ) -> Option<Hit> {
         let mut best = found;
         // A hit at the same parameter counts if its index is lower.
         let up_to = |best: Option<Hit>| best.map_or(ray.t_max, |hit| hit.t.next_up());
@@ -123,7 +162,7 @@ impl Instances {
             ..*ray
         };
         self.tree.traverse(&short, |slot, t_max| {
-            let Some(placed) = self.at(slot as usize) else {
+            let Some(placed) = self.at(slot as usize).filter(|placed| counts(placed)) else {
                 return t_max;
             };
             let local = Ray {
@@ -133,12 +172,12 @@ impl Instances {
             if let Some(hit) = placed
                 .part
                 .bvh()
-                .closest_hit(&local, placed.part_groups(ignored))
+                .closest_hit(&local, self.part_groups(placed, ignored))
             {
                 let hit = Hit {
                     t: hit.t,
                     triangle: placed.scene_index(hit.triangle),
-                    group: placed.scene_index(hit.group),
+                    group: placed.surface_number(hit.group),
                 };
                 if best.is_none_or(|b| (hit.t, hit.triangle) < (b.t, b.triangle)) {
                     best = Some(hit);
@@ -151,10 +190,26 @@ impl Instances {
 
     #[inline(never)]
     fn blocker(&self, ray: &Ray, ignored: [u32; 2]) -> Option<u32> {
+        self.blocker_of(ray, ignored, |_| true)
+    }
+
+    #[inline(never)]
+    fn joined_blocker(&self, ray: &Ray, ignored: [u32; 2]) -> Option<u32> {
+        self.blocker_of(ray, ignored, |placed| placed.joint.is_some())
+    }
+
+    #[inline(always)]
+    fn blocker_of(
+        &self,
+        ray: &Ray,
+        ignored: [u32; 2],
+        counts: impl Fn(&PlacedInstance) -> bool,
+    ) -> Option<u32> {
         let mut met = None;
         self.tree.traverse(ray, |slot, t_max| {
-            met = self.at(slot as usize).and_then(|placed| {
-                let part_groups = placed.part_groups(ignored);
+            let placed = self.at(slot as usize).filter(|placed| counts(placed));
+            met = placed.and_then(|placed| {
+                let part_groups = self.part_groups(placed, ignored);
                 let found = placed.part.bvh().occluder(&placed.ray(ray), part_groups)?;
                 Some(placed.scene_index(found))
             });
@@ -169,6 +224,7 @@ impl Instances {
             + self.tree.memory_bytes()
             + size_of_val(self.boxes.as_slice())
             + size_of_val(self.large.as_slice())
+            + self.common.memory_bytes()
     }
 }
 
@@ -180,6 +236,66 @@ impl Scene {
     /// [`Error::Setting`] for a pose that is not rigid, a part with instances of its own or of more than
     /// `MOST_IN_A_PART` triangles or edges, and beyond `MOST_INSTANCES`.
     pub fn add_instance(&mut self, part: Arc<Scene>, pose: &InstancePose) -> Result<InstanceId> {
+        let id = self.insert(part, pose)?;
+        self.instances.rebuild_tree();
+        self.rank_surfaces();
+        Ok(id)
+    }
+
+    /// Adds an instance that stays where it is and is joined with all such parts that it touches, as if they had been committed
+    /// in one piece: surfaces in one plane and of one material are one surface, a rim at which another part goes on is no edge,
+    /// and a wall on another part's floor is a wedge. For chunks of a streamed world, tiles and prefabs. Numbers and keys of
+    /// everything beyond the part's bounds stay. Control side; allocates, in proportion to the part and its borders.
+    ///
+    /// The fixed part is not joined with them, and neither are instances that move. The instance is removed by
+    /// [`Self::remove_instance`]; its pose cannot be changed.
+    ///
+    /// # Errors
+    /// As [`Self::add_instance`].
+    ///
+    /// # Examples
+    /// ```
+    /// use std::sync::Arc;
+    /// use foresound::{InstanceId, InstancePose, MaterialTable, Scene, SceneSettings, TriangleMesh, shoebox};
+    ///
+    /// let commit = |mesh: &TriangleMesh| Scene::commit(mesh, &MaterialTable::built_in(), &SceneSettings::default());
+    /// let corners = [[0.0, 0.0, 0.0], [0.0, 0.0, 8.0], [8.0, 0.0, 8.0], [8.0, 0.0, 0.0]];
+    /// let tile = TriangleMesh::from_slices(&corners, &[0, 1, 2, 0, 2, 3], &[], &[])?;
+    /// let tile = Arc::new(commit(&tile)?);
+    /// let mut world = commit(&shoebox([0.1, 0.1, 0.1], "wood"))?;
+    /// for column in 0..4 {
+    ///     let pose = InstancePose::at(InstanceId::default(), [8.0 * f64::from(column), 0.0, 0.0]);
+    ///     world.add_joined_instance(Arc::clone(&tile), &pose)?;
+    /// }
+    /// # Ok::<(), foresound::Error>(())
+    /// ```
+    pub fn add_joined_instance(
+        &mut self,
+        part: Arc<Scene>,
+        pose: &InstancePose,
+    ) -> Result<InstanceId> {
+        let id = self.insert(part, pose)?;
+        self.join(id.slot());
+        self.instances.rebuild_tree();
+        self.rank_surfaces();
+        Ok(id)
+    }
+
+    fn join(&mut self, slot: usize) {
+        let centre = self.centre();
+        let Some(placed) = self.instances.slots[slot].placed.take() else {
+            return;
+        };
+        let placed = placed.at_rest();
+        let names = placed.part.materials().iter();
+        let names: Vec<String> = names.map(|material| material.name.clone()).collect();
+        self.instances.slots[slot].placed = Some(placed);
+        self.instances.joined += 1;
+        self.instances.join(slot, &names, centre);
+    }
+
+    /// Places a part in a vacant slot; tree and ranking are left to the caller.
+    fn insert(&mut self, part: Arc<Scene>, pose: &InstancePose) -> Result<InstanceId> {
         pose.check()?;
         check_part(&part)?;
         let slots = &mut self.instances.slots;
@@ -205,8 +321,6 @@ impl Scene {
         instances.slots[slot].placed = Some(placed);
         instances.count += 1;
         instances.tree.reserve(instances.slots.len());
-        instances.rebuild_tree();
-        self.rank_surfaces();
         Ok(id)
     }
 
@@ -215,10 +329,15 @@ impl Scene {
     /// # Errors
     /// [`Error::StaleInstance`].
     pub fn remove_instance(&mut self, id: InstanceId) -> Result<()> {
+        let centre = self.centre();
         let slot = self.instances.slot_of(id)?;
-        slot.placed = None;
+        let removed = slot.placed.take();
         slot.generation = slot.generation.checked_add(1).unwrap_or(1);
         self.instances.count -= 1;
+        if let Some(removed) = removed {
+            self.instances.joined -= usize::from(removed.joint.is_some());
+            self.instances.part_from(id.slot(), &removed, centre);
+        }
         self.instances.rebuild_tree();
         self.rank_surfaces();
         Ok(())
@@ -234,12 +353,21 @@ impl Scene {
         Ok(())
     }
 
-    /// Checks that a pose is rigid and its handle valid.
+    /// Checks that a pose is rigid and its handle valid, and that a joined instance stays where it is.
     ///
     /// # Errors
     /// [`Error::StaleInstance`], [`Error::Setting`].
     pub fn check_instance_pose(&self, pose: &InstancePose) -> Result<()> {
         self.instance_part(pose.id)?;
+        let placed = self.instances.at(pose.id.slot());
+        if placed.is_some_and(|placed| placed.joint.is_some() && placed.pose != *pose) {
+            let advice = "remove it and add it elsewhere, or add it as one that moves";
+            return Err(Error::setting(
+                "pose",
+                "a joined instance does not move",
+                advice,
+            ));
+        }
         pose.check()
     }
 
@@ -255,7 +383,8 @@ impl Scene {
         for pose in poses {
             let slot = instances.slots.get_mut(pose.id.slot());
             let placed = slot.and_then(|slot| slot.placed.as_mut());
-            if let Some(placed) = placed.filter(|p| p.pose.id == pose.id && p.pose != *pose)
+            let may_move = |p: &PlacedInstance| p.joint.is_none() && p.pose != *pose;
+            if let Some(placed) = placed.filter(|p| p.pose.id == pose.id && may_move(p))
                 && pose.check().is_ok()
             {
                 placed.place(*pose, centre);
@@ -284,6 +413,11 @@ impl Scene {
                 placed,
             });
         }
+        for (slot, before) in other.instances.slots.iter().enumerate() {
+            if before.placed.as_ref().is_some_and(|p| p.joint.is_some()) {
+                result.join(slot);
+            }
+        }
         result.instances.tree.reserve(result.instances.slots.len());
         result.instances.rebuild_tree();
         result.rank_surfaces();
@@ -297,11 +431,20 @@ impl Scene {
         large.extend_from_slice(self.edges().large_surfaces());
         for placed in self.instances.placed() {
             let own = placed.part.edges().large_surfaces().iter();
-            large.extend(own.map(|&surface| placed.scene_index(surface)));
+            large.extend(own.map(|&surface| placed.surface_number(surface)));
         }
-        let area_m2 = |surface: &u32| self.surface(*surface).area_m2;
-        large.sort_by(|a, b| area_m2(b).total_cmp(&area_m2(a)).then(a.cmp(b)));
-        large.truncate(MOST_MIRRORS);
+        large.sort_unstable();
+        large.dedup();
+        // Bits of positive numbers sort as the numbers do; inverted, the largest comes first.
+        let rank = |&surface: &u32| (!self.surface(surface).area_m2.to_bits(), surface);
+        let mut ranked: Vec<(u64, u32)> = large.iter().map(rank).collect();
+        if ranked.len() > MOST_MIRRORS {
+            ranked.select_nth_unstable(MOST_MIRRORS);
+            ranked.truncate(MOST_MIRRORS);
+        }
+        ranked.sort_unstable();
+        large.clear();
+        large.extend(ranked.iter().map(|(_, surface)| *surface));
         self.instances.large = large;
     }
 

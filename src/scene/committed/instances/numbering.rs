@@ -1,7 +1,8 @@
 //! Numbers of surfaces, triangles and edges that belong to instances.
 //!
 //! The fixed scene counts from 0; a number with the highest bit holds an instance's slot and the index in its part.
-//! Numbers do not depend on other instances; those of a removed instance are invalid.
+//! Numbers do not depend on other instances; those of a removed instance are invalid. One slot more than there are instances
+//! has the surfaces that several joined parts have in common ([`super::joined`]).
 
 /// Bit of numbers that are an instance's.
 const INSTANCE: u32 = 1 << 31;
@@ -14,6 +15,23 @@ pub const MOST_IN_A_PART: usize = 1 << LOCAL_BITS;
 
 /// Most instances at a time. The last number stays free for [`crate::geometry::bvh::NO_GROUP`].
 pub const MOST_INSTANCES: usize = (1 << (31 - LOCAL_BITS)) - 1;
+
+/// Slot of the numbers of common surfaces, and the most of them: the last number is [`crate::geometry::bvh::NO_GROUP`].
+const COMMON: usize = MOST_INSTANCES;
+pub(crate) const MOST_COMMON: usize = MOST_IN_A_PART - 1;
+
+/// The number of a common surface.
+#[inline]
+pub(crate) fn common(index: u32) -> u32 {
+    global(COMMON, index)
+}
+
+/// The index of a common surface, if a surface's number is one.
+#[inline]
+pub(crate) fn as_common(global: u32) -> Option<u32> {
+    let (slot, index) = split(global);
+    (is_instance(global) && slot == COMMON).then_some(index)
+}
 
 /// The number of a part's element in the instance of a slot.
 #[inline]
@@ -60,6 +78,9 @@ mod tests {
             assert_eq!(split(index), (slot, local));
         }
         assert!(split(NO_GROUP).0 >= MOST_INSTANCES);
+        assert_eq!(as_common(common(7)), Some(7));
+        assert_eq!(as_common(global(MOST_INSTANCES - 1, 7)), None);
+        assert!(common(MOST_COMMON as u32 - 1) != NO_GROUP);
         assert!(is_same_rigid_body(3, 7) && is_same_rigid_body(global(2, 3), global(2, 7)));
         assert!(
             !is_same_rigid_body(3, global(0, 3)) && !is_same_rigid_body(global(0, 3), global(1, 3))

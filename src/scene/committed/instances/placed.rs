@@ -1,15 +1,17 @@
 //! One instance at its pose: transforms between part and scene, surfaces and bounds in the scene's local coordinates.
 
 use std::collections::BTreeSet;
+use std::ops::Deref;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3, Vec3};
 
+use super::joint::Joint;
 use super::pose::InstancePose;
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Aabb, Ray};
 use crate::scene::committed::instances::numbering;
-use crate::scene::edges::Edge;
+use crate::scene::edges::{Edge, EdgeNames, EdgeSet};
 use crate::scene::surface::Surface;
 use crate::scene::surface::key::instance_key;
 use crate::scene::{Scene, SurfaceSet};
@@ -65,6 +67,25 @@ fn corners_of(part: &Scene, set: &SurfaceSet, index: u32) -> Vec<Vec3> {
     (0..8).map(corner).collect()
 }
 
+/// The surfaces of an instance: copies of a scene have their own of a part that moves, and share those of a joined part.
+#[derive(Debug, Clone)]
+pub(super) enum SurfaceList {
+    Own(Vec<Surface>),
+    Shared(Arc<[Surface]>),
+}
+
+impl Deref for SurfaceList {
+    type Target = [Surface];
+
+    #[inline]
+    fn deref(&self) -> &[Surface] {
+        match self {
+            Self::Own(list) => list,
+            Self::Shared(list) => list,
+        }
+    }
+}
+
 /// An instance at its pose.
 #[derive(Debug, Clone)]
 pub(super) struct PlacedInstance {
@@ -75,9 +96,11 @@ pub(super) struct PlacedInstance {
     axes: DMat3,
     origin: DVec3,
     /// The part's surfaces in the scene's coordinates, with the scene's indices of materials.
-    pub(super) surfaces: Vec<Surface>,
+    pub(super) surfaces: SurfaceList,
     /// Bounding box in the scene's coordinates.
     pub(super) bounds: Aabb,
+    /// Of a part that is joined with others and does not move.
+    pub(super) joint: Option<Arc<Joint>>,
 }
 
 impl PlacedInstance {
@@ -100,27 +123,39 @@ impl PlacedInstance {
             ..*surface
         });
         let mut placed = Self {
-            surfaces: surfaces.collect(),
+            surfaces: SurfaceList::Own(surfaces.collect()),
             pose,
             outline,
             axes: DMat3::IDENTITY,
             origin: DVec3::ZERO,
             bounds: Aabb::EMPTY,
+            joint: None,
             part,
         };
         placed.place(pose, centre);
         placed
     }
 
-    /// Moves it to a pose; `centre` is the origin of the scene's local coordinates. Allocates nothing.
+    /// The same at rest for good: copies share its surfaces.
+    pub(super) fn at_rest(mut self) -> Self {
+        if let SurfaceList::Own(list) = &mut self.surfaces {
+            self.surfaces = SurfaceList::Shared(std::mem::take(list).into());
+        }
+        self
+    }
+
+    /// Moves it to a pose; `centre` is the origin of the scene's local coordinates. Allocates nothing. A part at rest stays.
     pub(super) fn place(&mut self, pose: InstancePose, centre: DVec3) {
+        let SurfaceList::Own(surfaces) = &mut self.surfaces else {
+            return;
+        };
         self.pose = pose;
         self.axes = pose.axes();
         self.origin = self.axes * self.part.centre() + (pose.position - centre);
         let (axes, origin) = (self.axes, self.origin);
         let mut bounds = Aabb::EMPTY;
         let own = self.part.surfaces().iter().enumerate();
-        for (surface, (index, local)) in self.surfaces.iter_mut().zip(own) {
+        for (surface, (index, local)) in surfaces.iter_mut().zip(own) {
             surface.normal = axes * local.normal;
             surface.offset_m = local.offset_m + surface.normal.dot(origin);
             let corners = self.outline.corners(index).iter();
@@ -170,13 +205,21 @@ impl PlacedInstance {
         (self.axes * local.as_dvec3()).as_vec3()
     }
 
-    /// The groups that a ray ignores, by the part's numbers.
+    /// The part's number of a surface of the scene that is not common.
     #[inline]
-    pub(super) fn part_groups(&self, ignored: [u32; 2]) -> [u32; 2] {
-        ignored.map(|group| match numbering::split(group) {
+    pub(super) fn part_group(&self, group: u32) -> u32 {
+        match numbering::split(group) {
             (slot, local) if numbering::is_instance(group) && slot == self.pose.id.slot() => local,
             _ => NO_GROUP,
-        })
+        }
+    }
+
+    /// The scene's number of one of the part's surfaces: its own, or that of a common surface.
+    #[inline]
+    pub(super) fn surface_number(&self, local: u32) -> u32 {
+        let joint = self.joint.as_ref();
+        let number = joint.and_then(|joint| joint.surfaces.get(local as usize));
+        number.copied().unwrap_or_else(|| self.scene_index(local))
     }
 
     /// The scene's number of one of the part's surfaces, triangles or edges.
@@ -185,17 +228,106 @@ impl PlacedInstance {
         numbering::global(self.pose.id.slot(), local)
     }
 
-    /// An edge of the part in the scene's coordinates.
+    /// An edge of the part, as committed, in the scene's coordinates.
     pub(super) fn edge(&self, local: &Edge) -> Edge {
         Edge {
             key: instance_key(local.key, self.pose.id.bits()),
+            faces: local.faces.map(|face| self.surface_number(face)),
+            ..self.moved(local)
+        }
+    }
+
+    /// The same by its index.
+    pub(super) fn committed_edge(&self, index: u32) -> Edge {
+        self.edge(self.part.edges().get(index))
+    }
+
+    /// An edge by its number in the part, as joining has left it, in the scene's coordinates.
+    pub(super) fn edge_at(&self, number: u32) -> Option<Edge> {
+        let joined = self.joint.as_ref().and_then(|j| j.edges.get(number));
+        if let Some(edge) = joined {
+            return Some(self.moved(edge));
+        }
+        let committed = self.part.edges().as_slice().get(number as usize)?;
+        Some(self.edge(committed))
+    }
+
+    /// Numbers in the part of further pieces of its edges.
+    pub(super) fn further_numbers(&self) -> impl Iterator<Item = u32> + '_ {
+        let joint = self.joint.as_ref();
+        let count = joint.map_or(0, |joint| joint.edges.further().len() as u32);
+        let number = move |index| joint.map_or(u32::MAX, |joint| joint.edges.number_of(index));
+        (0..count).map(number)
+    }
+
+    /// An edge from the part's coordinates to the scene's.
+    fn moved(&self, local: &Edge) -> Edge {
+        Edge {
             origin: self.axes * local.origin + self.origin,
             direction: self.axes * local.direction,
             tangent: self.axes * local.tangent,
             normal: self.axes * local.normal,
-            faces: local.faces.map(|face| self.scene_index(face)),
             ..*local
         }
+    }
+
+    /// An edge from the scene's coordinates to the part's.
+    pub(super) fn to_local(&self, edge: &Edge) -> Edge {
+        let back = self.axes.transpose();
+        Edge {
+            origin: self.point(edge.origin),
+            direction: back * edge.direction,
+            tangent: back * edge.tangent,
+            normal: back * edge.normal,
+            ..*edge
+        }
+    }
+
+    /// The names of the part's own edges and of further pieces of them, for queries.
+    pub(super) fn part_edges(&self) -> PartEdges<'_> {
+        PartEdges(self)
+    }
+
+    /// Further pieces of the part's edges and their names.
+    pub(super) fn further_edges(&self) -> Option<(&EdgeSet, FurtherEdges<'_>)> {
+        let joint = self.joint.as_ref()?;
+        let set = joint.edges.further();
+        (!set.is_empty()).then_some((set, FurtherEdges(self)))
+    }
+
+    /// A direction of the scene in the part's coordinates.
+    pub(super) fn local_direction(&self, direction: Vec3) -> Vec3 {
+        (self.axes.transpose() * direction.as_dvec3()).as_vec3()
+    }
+
+    /// Corners of a surface in the scene's coordinates, or of its box if they are many.
+    pub(super) fn outline_of(&self, surface: u32) -> impl Iterator<Item = DVec3> + '_ {
+        let corners = self.outline.corners(surface as usize).iter();
+        corners.map(|corner| self.to_scene(*corner))
+    }
+
+    /// A box of the scene, larger by a margin, within one in the part's coordinates.
+    pub(super) fn local_box(&self, bounds: &Aabb, margin_m: f64) -> (DVec3, DVec3) {
+        let (low, high) = (bounds.min.as_dvec3(), bounds.max.as_dvec3());
+        let corner = |n: usize| {
+            let pick = |axis: usize| [low, high][n >> axis & 1][axis];
+            DVec3::new(pick(0), pick(1), pick(2))
+        };
+        let corners: [DVec3; 8] = std::array::from_fn(corner);
+        self.local_bounds_of(corners, margin_m)
+    }
+
+    /// Bounds of points of the scene in the part's coordinates, larger by a margin.
+    pub(super) fn local_bounds_of<const N: usize>(
+        &self,
+        points: [DVec3; N],
+        margin_m: f64,
+    ) -> (DVec3, DVec3) {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for point in points.map(|point| self.point(point)) {
+            (low, high) = (low.min(point), high.max(point));
+        }
+        (low - margin_m, high + margin_m)
     }
 
     /// Lower bound in metres of the length of a path between two points that touches the instance.
@@ -208,8 +340,38 @@ impl PlacedInstance {
     /// Memory that it occupies beside its part, in bytes.
     pub(super) fn memory_bytes(&self) -> usize {
         size_of::<Self>()
-            + size_of_val(self.surfaces.as_slice())
+            + size_of_val(&*self.surfaces)
+            + self.joint.as_ref().map_or(0, |joint| joint.memory_bytes())
             + size_of_val(self.outline.corners.as_slice())
             + size_of_val(self.outline.first.as_slice())
+    }
+}
+
+/// The names of a part's own edges in the scene.
+pub(super) struct PartEdges<'a>(&'a PlacedInstance);
+
+impl EdgeNames for PartEdges<'_> {
+    fn number(&self, edge: u32) -> u32 {
+        self.0.scene_index(edge)
+    }
+
+    #[inline]
+    fn changed(&self, edge: u32) -> Option<&Edge> {
+        self.0.joint.as_ref()?.edges.get(edge)
+    }
+}
+
+/// The names of a part's further pieces.
+pub(super) struct FurtherEdges<'a>(&'a PlacedInstance);
+
+impl EdgeNames for FurtherEdges<'_> {
+    fn number(&self, edge: u32) -> u32 {
+        let joint = self.0.joint.as_ref();
+        let number = joint.map_or(u32::MAX, |joint| joint.edges.number_of(edge));
+        self.0.scene_index(number)
+    }
+
+    fn changed(&self, _: u32) -> Option<&Edge> {
+        None
     }
 }

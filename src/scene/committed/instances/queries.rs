@@ -10,9 +10,15 @@ use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Hit, Ray};
 use crate::scene::Scene;
 use crate::scene::committed::instances::numbering;
-use crate::scene::edges::{DiffractingEdge, DiffractingEdges, Edge, EdgeMirrors, choose};
+use crate::scene::committed::instances::placed::PlacedInstance;
+use crate::scene::edges::{
+    DiffractingEdge, DiffractingEdges, Edge, EdgeMirrors, NO_EDGE, OwnEdges, choose,
+};
 use crate::scene::surface::Surface;
 use crate::scene::surface::finite_panel::FinitePanel;
+
+/// Distance in metres of a point from the bounds of a part's surface that it is on: above the unevenness of surfaces.
+const NEAR_M: f64 = 5e-3;
 
 /// Surface of a stale index: it contains no point.
 const NO_SURFACE: Surface = Surface {
@@ -26,20 +32,6 @@ const NO_SURFACE: Surface = Surface {
     first_triangle: 0,
     triangle_count: 0,
     panel_triangle_count: 0,
-};
-
-/// Edge of a stale index: no path crosses it.
-const NO_EDGE: Edge = Edge {
-    key: 0,
-    origin: DVec3::NAN,
-    direction: DVec3::Y,
-    length_m: 0.0,
-    tangent: DVec3::X,
-    normal: DVec3::Z,
-    n: 2.0,
-    faces: [NO_GROUP; 2],
-    free_ends: [false; 2],
-    length_scale: 1.0,
 };
 
 impl Scene {
@@ -61,6 +53,55 @@ impl Scene {
         let t_max = found.map_or(ray.t_max, |hit| hit.t.next_up());
         let fixed = self.bvh().closest_hit(&Ray { t_max, ..*ray }, ignored);
         fixed.or(found)
+    }
+
+    /// Whether any part is joined with others.
+    #[inline]
+    pub fn has_joined_instances(&self) -> bool {
+        self.instances.joined > 0
+    }
+
+    /// [`Self::closest_hit`] among what does not move: the fixed part and joined parts.
+    pub(crate) fn closest_static_hit(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
+        let fixed = self.bvh().closest_hit(ray, ignored);
+        match self.has_joined_instances() {
+            true => self.instances.closest_joined_hit(ray, ignored, fixed),
+            false => fixed,
+        }
+    }
+
+    /// [`Self::any_hit`] among the same.
+    pub(crate) fn is_statically_blocked(&self, ray: &Ray, ignored: [u32; 2]) -> bool {
+        self.bvh().any_hit(ray, ignored)
+            || self.has_joined_instances() && self.instances.joined_blocker(ray, ignored).is_some()
+    }
+
+    /// Area in m² and number of every triangle of the same.
+    pub(crate) fn static_areas(&self) -> impl Iterator<Item = (f64, u32)> + '_ {
+        let area = |[a, b, c]: [Vec3; 3]| 0.5 * f64::from((b - a).cross(c - a).length());
+        let joined = self.instances.placed().filter(|p| p.joint.is_some());
+        let of_joined = joined.flat_map(move |placed| {
+            let triangles = 0..placed.part.mesh.triangles.len() as u32;
+            triangles.map(move |t| (area(placed.part.corners_of(t)), placed.scene_index(t)))
+        });
+        let fixed = 0..self.mesh.triangles.len() as u32;
+        let fixed = fixed.map(move |t| (area(self.corners_of(t)), t));
+        fixed.chain(of_joined)
+    }
+
+    /// Corners of a triangle in local coordinates.
+    pub(crate) fn corners_in_scene(&self, triangle: u32) -> Option<[Vec3; 3]> {
+        if !numbering::is_instance(triangle) {
+            return self
+                .has_triangle(triangle)
+                .then(|| self.corners_of(triangle));
+        }
+        let (placed, local) = self.instances.of(triangle)?;
+        let corners = placed
+            .part
+            .has_triangle(local)
+            .then(|| placed.part.corners_of(local));
+        Some(corners?.map(|corner| placed.to_scene(corner).as_vec3()))
     }
 
     /// [`Self::closest_hit`] with the known hit in the fixed part.
@@ -90,9 +131,15 @@ impl Scene {
         self.instances.blocker(ray, ignored)
     }
 
-    /// Whether a ray enters the bounding box of any instance, in local coordinates.
+    /// Whether a ray enters the bounding box of any instance that moves, in local coordinates.
     pub fn enters_box_of_instance(&self, ray: &Ray) -> bool {
-        self.instances.tree.is_entered(ray)
+        let mut is_entered = false;
+        self.instances.tree.traverse(ray, |slot, t_max| {
+            let placed = self.instances.at(slot as usize);
+            is_entered |= placed.is_some_and(|placed| placed.joint.is_none());
+            if is_entered { -1.0 } else { t_max }
+        });
+        is_entered
     }
 
     /// Whether a surface, triangle or edge is of an instance.
@@ -126,13 +173,23 @@ impl Scene {
         *found.unwrap_or(&NO_EDGE)
     }
 
+    /// All edges in local coordinates: those of the fixed part, and of each instance as joining has left them.
+    pub fn all_edges(&self) -> impl Iterator<Item = Edge> + '_ {
+        let fixed = self.edges().as_slice().iter().copied();
+        fixed.chain(self.instances.placed().flat_map(|placed| {
+            let own = 0..placed.part.edges().len() as u32;
+            let further = placed.further_numbers();
+            own.chain(further)
+                .filter_map(|number| placed.edge_at(number))
+                .filter(|edge| edge.length_m > 0.0)
+        }))
+    }
+
     #[inline(never)]
     fn instance_edge(&self, index: u32) -> Edge {
-        let found = self.instances.of(index).and_then(|(placed, local)| {
-            let edge = placed.part.edges().as_slice().get(local as usize)?;
-            Some(placed.edge(edge))
-        });
-        found.unwrap_or(NO_EDGE)
+        let found = self.instances.of(index);
+        let edge = found.and_then(|(placed, local)| placed.edge_at(local));
+        edge.unwrap_or(NO_EDGE)
     }
 
     /// Edges of the same rigid body that are visible from an edge. Visibility between bodies changes as instances move.
@@ -149,8 +206,13 @@ impl Scene {
             true => set.neighbours(local),
             false => &[],
         };
+        let is_covered = move |other: &u32| {
+            let joint = placed.and_then(|placed| placed.joint.as_ref());
+            joint.is_some_and(|joint| joint.edges.is_covered(*other))
+        };
         neighbours
             .iter()
+            .filter(move |other| !is_covered(other))
             .map(move |&other| placed.map_or(other, |placed| placed.scene_index(other)))
     }
 
@@ -167,14 +229,15 @@ impl Scene {
     ) -> DiffractingEdges {
         let (edges, mut near) = (self.edges(), DiffractingEdges::default());
         edges.add_known(&mut near, known, (from, to), longest_m);
-        edges.add_crossings(&mut near, from, to, longest_m, |edge| edge);
+        edges.add_crossings(&mut near, from, to, longest_m, &OwnEdges);
         for placed in self.instances.placed() {
             if placed.min_path_length_m(from, to) <= near.bound_m(longest_m) {
                 let (from, to) = (placed.point(from), placed.point(to));
                 let set = placed.part.edges();
-                set.add_crossings(&mut near, from, to, longest_m, |edge| {
-                    placed.scene_index(edge)
-                });
+                set.add_crossings(&mut near, from, to, longest_m, &placed.part_edges());
+                if let Some((set, names)) = placed.further_edges() {
+                    set.add_crossings(&mut near, from, to, longest_m, &names);
+                }
             }
         }
         near
@@ -203,13 +266,15 @@ impl Scene {
     pub fn outer_crossings(&self, from: DVec3, to: DVec3, longest_m: f64) -> DiffractingEdges {
         let mut near = DiffractingEdges::default();
         let edges = self.edges();
-        edges.add_outer_crossings(&mut near, (from, to), longest_m, |edge| edge);
+        edges.add_outer_crossings(&mut near, (from, to), longest_m, &OwnEdges);
         for placed in self.instances.placed() {
             if placed.min_path_length_m(from, to) <= near.bound_m(longest_m) {
                 let ends = (placed.point(from), placed.point(to));
-                let index = |edge| placed.scene_index(edge);
                 let edges = placed.part.edges();
-                edges.add_outer_crossings(&mut near, ends, longest_m, index);
+                edges.add_outer_crossings(&mut near, ends, longest_m, &placed.part_edges());
+                if let Some((edges, names)) = placed.further_edges() {
+                    edges.add_outer_crossings(&mut near, ends, longest_m, &names);
+                }
             }
         }
         near
@@ -226,17 +291,25 @@ impl Scene {
         for placed in self.instances.placed() {
             if placed.min_path_length_m(from, to) <= near.bound_m(longest_m) {
                 let ends = (placed.point(from), placed.point(to));
-                let index = |edge| placed.scene_index(edge);
                 let edges = placed.part.edges();
-                edges.add_first_crossings(&mut near, ends, longest_m, index);
+                edges.add_first_crossings(&mut near, ends, longest_m, &placed.part_edges());
+                if let Some((edges, names)) = placed.further_edges() {
+                    edges.add_first_crossings(&mut near, ends, longest_m, &names);
+                }
             }
         }
         near
     }
 
-    /// Whether two surfaces, triangles or edges are of one instance, or both of the fixed part.
-    pub fn is_same_rigid_body(&self, a: u32, b: u32) -> bool {
-        numbering::is_same_rigid_body(a, b)
+    /// Whether a commit has searched for a line of sight between two edges: both are of the fixed part, or of one part and
+    /// neither a further piece that joining has added.
+    pub fn is_committed_pair(&self, a: u32, b: u32) -> bool {
+        let is_further = |edge: u32| {
+            let found = self.instances.of(edge);
+            let joint = found.and_then(|(placed, local)| Some((placed.joint.as_ref()?, local)));
+            joint.is_some_and(|(joint, local)| joint.edges.is_further(local))
+        };
+        a == b || numbering::is_same_rigid_body(a, b) && !is_further(a) && !is_further(b)
     }
 
     /// Candidates for a reflection before or after the diffraction at an edge: surfaces of the fixed part and of
@@ -281,9 +354,21 @@ impl Scene {
         in_front: bool,
         within_m: f64,
     ) -> Option<f64> {
-        let (placed, local) = self.instances.of(surface)?;
-        let (edges, point) = (placed.part.edges(), placed.point(point));
-        edges.distance_m(local, point, in_front, within_m)
+        let of_part = |placed: &PlacedInstance, local: u32, in_front: bool| {
+            let at = placed.point(point);
+            let joint = placed.joint.as_ref();
+            let joined = joint.and_then(|j| j.rims.distance_m(local, at, in_front, within_m));
+            let edges = placed.part.edges();
+            joined.unwrap_or_else(|| edges.distance_m(local, at, in_front, within_m))
+        };
+        if let Some((placed, local)) = self.instances.of(surface) {
+            return of_part(placed, local, in_front);
+        }
+        let members = self.instances.members_at(surface, point, within_m);
+        let distances = members.filter_map(|(placed, member)| {
+            of_part(placed, member.local, in_front != member.is_turned)
+        });
+        distances.min_by(f64::total_cmp)
     }
 
     /// Whether the scene has finite panels.
@@ -303,10 +388,12 @@ impl Scene {
 
     #[inline(never)]
     pub(crate) fn instance_reflects_at(&self, surface: u32, point: DVec3) -> bool {
-        self.instances.of(surface).is_some_and(|(placed, local)| {
-            (local as usize) < placed.surfaces.len()
-                && placed.part.reflects_at(local, placed.point(point))
-        })
+        if let Some((placed, local)) = self.instances.of(surface) {
+            return (local as usize) < placed.surfaces.len()
+                && placed.part.reflects_at(local, placed.point(point));
+        }
+        let mut members = self.instances.members_at(surface, point, NEAR_M);
+        members.any(|(placed, member)| placed.part.reflects_at(member.local, placed.point(point)))
     }
 
     #[inline(never)]
@@ -316,13 +403,23 @@ impl Scene {
         point: DVec3,
         in_front: bool,
     ) -> Option<FinitePanel> {
-        let (placed, local) = self.instances.of(surface)?;
-        placed.surfaces.get(local as usize)?;
-        let point = placed.point(point);
-        let panel = placed.part.finite_panel_at(local, point, in_front)?;
-        Some(FinitePanel {
-            sides: panel.sides.map(|side| placed.direction(side)),
-            ..panel
+        let of_part = |placed: &PlacedInstance, local: u32, in_front: bool| {
+            placed.surfaces.get(local as usize)?;
+            let joint = placed.joint.as_ref();
+            let without = joint.map_or(&[][..], |joint| joint.rims.continued());
+            let panels = placed.part.finite_panels();
+            let panel = panels.at_without(local, placed.point(point), in_front, without)?;
+            Some(FinitePanel {
+                sides: panel.sides.map(|side| placed.direction(side)),
+                ..panel
+            })
+        };
+        if let Some((placed, local)) = self.instances.of(surface) {
+            return of_part(placed, local, in_front);
+        }
+        let mut members = self.instances.members_at(surface, point, NEAR_M);
+        members.find_map(|(placed, member)| {
+            of_part(placed, member.local, in_front != member.is_turned)
         })
     }
 
@@ -346,7 +443,7 @@ impl Scene {
         let found = self.instances.of(triangle);
         let found = found.filter(|(placed, local)| placed.part.has_triangle(*local));
         found.map_or(NO_GROUP, |(placed, local)| {
-            placed.scene_index(placed.part.surface_of(local))
+            placed.surface_number(placed.part.surface_of(local))
         })
     }
 

@@ -11,6 +11,7 @@ mod recorded_rays;
 mod schedules;
 mod sources;
 mod speed;
+mod stream;
 mod update;
 mod updates;
 mod walk;
@@ -35,6 +36,8 @@ enum What {
     Rays(rays::Arguments),
     /// The engine's two schedules, and propagation updates on one thread and two beside their own rays.
     Speed(speed::Arguments),
+    /// A world of joined parts: times of adding and removing one, and of updates.
+    Stream(stream::Arguments),
     /// A fixed number of propagation updates, for counters of instructions.
     Update(update::Arguments),
 }
@@ -54,6 +57,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         What::Memory(arguments) => memory::run(arguments),
         What::Rays(arguments) => rays::run(arguments),
         What::Speed(arguments) => speed::run(arguments),
+        What::Stream(arguments) => stream::run(arguments),
         What::Update(arguments) => update::run(arguments),
     }
 }

@@ -44,6 +44,7 @@ final class Native {
     static native void engineSetBudget(long engine, double[] options);
     static native void engineHealth(long engine, double[] health);
     static native int instanceAdd(long engine, long part, float[] pose);
+    static native int instanceAddJoined(long engine, long part, float[] pose);
     static native void instanceMove(long engine, int instance, float[] pose);
     static native void instanceRemove(long engine, int instance);
     static native void sceneOptionsDefault(double[] options);

@@ -248,6 +248,16 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
         return Instance(this, Native.instanceAdd(handle, part.handle, pose), pose)
     }
 
+    /**
+     * Adds an instance that stays where it is and is joined with all such instances that it touches, as if they had been built in
+     * one piece: a chunk of a streamed world, in its own coordinates, at a position in metres, from the next [tick] on. [part] may
+     * be closed then. The instance is closed to remove it; moving it is an error.
+     */
+    fun addJoinedInstance(part: Scene, x: Float, y: Float, z: Float): Instance {
+        val pose = floatArrayOf(x, y, z, 0f, 0f, 0f, 1f)
+        return Instance(this, Native.instanceAddJoined(handle, part.handle, pose), pose)
+    }
+
     internal fun move(id: Int, pose: FloatArray) = Native.instanceMove(handle, id, pose)
 
     internal fun removeInstance(id: Int) = Native.instanceRemove(handle, id)

@@ -1,0 +1,237 @@
+//! Joined parts: static parts that are one scene with those that they touch, such as the chunks of a streamed world.
+//!
+//! A part is committed alone, on any thread, and never changes. What joining adds is kept beside it, a part: the common
+//! surfaces that its surfaces belong to ([`common`]), the edges that other parts cover or turn into wedges ([`edges`]), and
+//! the boundaries at which its surfaces go on ([`rims`]). Adding or removing a part renews only what lies in its bounds:
+//! the numbers and keys of everything else stay. Control side; all queries are wait-free. Own.
+//!
+//! Not joined: curved surfaces, which only scatter in a part; rough regions, which each part flattens on its own planes;
+//! panels below the least area on each side of a border; and the fixed part.
+
+pub(super) mod common;
+mod edges;
+mod rims;
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::geometry::Aabb;
+use crate::scene::Scene;
+use crate::scene::committed::instances::Instances;
+use crate::scene::committed::instances::joint::{JoinedEdges, JoinedRims, Joint};
+use crate::scene::committed::instances::placed::PlacedInstance;
+use common::Member;
+use edges::{contacts_with, edges_near, resolve};
+use rims::REACH_M;
+
+/// Wedge index of an edge above which it is a rim: its surface may go on there.
+const RIM: f64 = 1.999;
+
+/// Distance in metres from a part's bounds at which a surface may go on.
+const AT_BOUNDS_M: f32 = 5e-3;
+
+/// The joined parts around one, with their bounds.
+pub(super) struct Neighbours {
+    list: Vec<(usize, Aabb)>,
+}
+
+impl Neighbours {
+    /// Of the part of a slot, without it.
+    fn of(instances: &Instances, slot: usize, bounds: &Aabb) -> Self {
+        let is_near = |other: &Aabb| {
+            let reach_m = REACH_M as f32;
+            other.min.cmple(bounds.max + reach_m).all()
+                && other.max.cmpge(bounds.min - reach_m).all()
+        };
+        let placed = instances.slots.iter().enumerate().filter_map(|(at, slot)| {
+            let placed = slot.placed.as_ref().filter(|p| p.joint.is_some())?;
+            Some((at, placed.bounds))
+        });
+        Self {
+            list: placed
+                .filter(|(at, other)| *at != slot && is_near(other))
+                .collect(),
+        }
+    }
+
+    /// Slots of those within a distance of a point.
+    pub(super) fn at(&self, point: DVec3, within_m: f64) -> impl Iterator<Item = usize> + '_ {
+        self.within(point, point, within_m)
+    }
+
+    /// Slots of those within a distance of a box.
+    pub(super) fn within(
+        &self,
+        low: DVec3,
+        high: DVec3,
+        within_m: f64,
+    ) -> impl Iterator<Item = usize> + '_ {
+        let (low, high) = (low - within_m, high + within_m);
+        let near = self.list.iter().filter(move |(_, bounds)| {
+            bounds.min.as_dvec3().cmple(high).all() && bounds.max.as_dvec3().cmpge(low).all()
+        });
+        near.map(|(slot, _)| *slot)
+    }
+}
+
+impl Instances {
+    /// The surface of a part among those of a common one.
+    #[inline]
+    pub(super) fn member(&self, number: u32, slot: usize) -> Option<&Member> {
+        let index = super::numbering::as_common(number)?;
+        self.common.get(index)?.member(slot)
+    }
+
+    /// Members of a common surface near a point, each with its part.
+    #[inline]
+    pub(super) fn members_at(
+        &self,
+        number: u32,
+        point: DVec3,
+        within_m: f64,
+    ) -> impl Iterator<Item = (&PlacedInstance, &Member)> {
+        let index = super::numbering::as_common(number);
+        let common = index.and_then(|index| self.common.get(index));
+        let members = common.into_iter().flat_map(|common| &common.members);
+        let near = members.filter(move |member| member.is_near(point, within_m));
+        near.filter_map(|member| Some((self.at(usize::from(member.slot))?, member)))
+    }
+
+    /// Joins a placed part with those that it touches.
+    pub(super) fn join(&mut self, slot: usize, names: &[String], centre: DVec3) {
+        let Some(placed) = self.at(slot).cloned() else {
+            return;
+        };
+        let common = Arc::make_mut(&mut self.common);
+        let mut surfaces: Vec<u32> = (0..placed.surfaces.len() as u32)
+            .map(|local| placed.scene_index(local))
+            .collect();
+        for local in may_go_on(&placed.part) {
+            let own = &placed.surfaces[local as usize];
+            let corners: Vec<DVec3> = placed
+                .outline_of(local)
+                .map(|corner| corner - own.distance_m(corner) * own.normal)
+                .collect();
+            let name = &names[placed.part.surfaces()[local as usize].material as usize];
+            let number = common.join((slot, local), own, &corners, name, centre);
+            surfaces[local as usize] = number.unwrap_or(surfaces[local as usize]);
+        }
+        if let Some(placed) = self.slots[slot].placed.as_mut() {
+            placed.joint = Some(Arc::new(Joint {
+                surfaces: surfaces.into(),
+                edges: JoinedEdges::default(),
+                rims: JoinedRims::default(),
+            }));
+        }
+        self.renew_around(slot, &placed, centre, true);
+    }
+
+    /// Undoes what joining with a part that has been removed had changed.
+    pub(super) fn part_from(&mut self, slot: usize, removed: &PlacedInstance, centre: DVec3) {
+        let Some(joint) = &removed.joint else {
+            return;
+        };
+        let common = Arc::make_mut(&mut self.common);
+        for &number in joint.surfaces.iter() {
+            common.leave(number, slot);
+        }
+        self.renew_around(slot, removed, centre, false);
+    }
+
+    /// Renews edges and boundaries of a part that has come or gone, and its neighbours' in its bounds.
+    fn renew_around(&mut self, slot: usize, part: &PlacedInstance, centre: DVec3, is_new: bool) {
+        let near = Neighbours::of(self, slot, &part.bounds);
+        let mut renewed: Vec<(usize, Vec<u32>)> = Vec::new();
+        let mut own = Vec::new();
+        for &(other, _) in &near.list {
+            let Some(neighbour) = self.at(other) else {
+                continue;
+            };
+            let theirs = edges_near(neighbour, part);
+            let mut contacts = [Vec::new(), Vec::new()];
+            if let Some(present) = self.at(slot).filter(|_| is_new) {
+                let ours = edges_near(present, neighbour);
+                contacts = [
+                    contacts_with(present, &ours, neighbour),
+                    contacts_with(neighbour, &theirs, present),
+                ];
+                own.extend(ours);
+            }
+            let [ours, of_neighbour] = contacts;
+            self.change_joint(slot, |joint| joint.edges.add_contacts(other, ours));
+            self.change_joint(other, |joint| match is_new {
+                true => joint.edges.add_contacts(slot, of_neighbour),
+                false => joint.edges.drop_contacts(slot),
+            });
+            renewed.push((other, theirs));
+        }
+        own.sort_unstable();
+        own.dedup();
+        if is_new {
+            renewed.push((slot, own));
+        }
+        for (at, edges) in renewed {
+            let Some(placed) = self.at(at) else {
+                continue;
+            };
+            let Some(mut joint) = placed.joint.as_deref().cloned() else {
+                continue;
+            };
+            let around = Neighbours::of(self, at, &placed.bounds);
+            let resolved = edges
+                .iter()
+                .map(|&edge| (edge, resolve(self, at, edge, &around, centre)));
+            let resolved = resolved.collect();
+            joint
+                .edges
+                .replace(placed.part.edges().len() as u32, resolved);
+            // A new part's boundaries are renewed beside each neighbour.
+            for other in near.list.iter().filter_map(|(other, _)| self.at(*other)) {
+                match at == slot {
+                    true => rims::renew(&mut joint.rims, self, placed, other, &around),
+                    false => {
+                        rims::renew(&mut joint.rims, self, placed, part, &around);
+                        break;
+                    }
+                }
+            }
+            if let Some(placed) = self.slots[at].placed.as_mut() {
+                placed.joint = Some(Arc::new(joint));
+            }
+        }
+    }
+
+    fn change_joint(&mut self, slot: usize, change: impl FnOnce(&mut Joint)) {
+        let placed = self.slots[slot].placed.as_mut();
+        if let Some(joint) = placed.and_then(|placed| placed.joint.as_mut()) {
+            change(Arc::make_mut(joint));
+        }
+    }
+}
+
+/// Surfaces of a part that may go on beyond it: those with a rim, and those that reach its bounds.
+fn may_go_on(part: &Scene) -> Vec<u32> {
+    let surfaces = part.surfaces();
+    let mut may = vec![false; surfaces.len()];
+    for edge in part.edges().as_slice().iter().filter(|edge| edge.n > RIM) {
+        for face in edge.faces {
+            may[face as usize] = true;
+        }
+    }
+    let mut bounds = Aabb::EMPTY;
+    for surface in surfaces {
+        bounds = bounds.union(&Aabb {
+            min: surface.bounds_min,
+            max: surface.bounds_max,
+        });
+    }
+    for (may, surface) in may.iter_mut().zip(surfaces) {
+        let low = surface.bounds_min.cmplt(bounds.min + AT_BOUNDS_M);
+        let high = surface.bounds_max.cmpgt(bounds.max - AT_BOUNDS_M);
+        *may |= low.any() || high.any();
+        *may &= surface.panel_triangle_count > 0;
+    }
+    let indices = 0..surfaces.len() as u32;
+    indices.filter(|&s| may[s as usize]).collect()
+}
