@@ -1,5 +1,7 @@
 //! `render`: files of users, paths of sources and listeners, layouts, and what is said about the result.
 
+use std::path::Path;
+
 use std::fs;
 
 use crate::harness::{Folder, foresound, text};

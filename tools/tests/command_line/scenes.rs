@@ -1,5 +1,7 @@
 //! `inspect`, `commit` and `materials`: what is said about scenes.
 
+use std::path::Path;
+
 use std::fs;
 
 use crate::harness::{Folder, foresound, printed, refused, text};
