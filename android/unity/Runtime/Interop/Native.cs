@@ -969,7 +969,7 @@ namespace Foresound.Interop
         /// that of the audio half. Takes some ten milliseconds. Control thread.
         ///
         /// `api_version`: FORESOUND_API_VERSION; another major version than the library's is refused
-        /// (FORESOUND_STATUS_VERSION). `options`: null for the defaults. `hrtf`: content of an HRTF set's file; null for the built-in set.
+        /// (FORESOUND_STATUS_VERSION). `options`: null for the defaults. `hrtf`: content of an HRTF set's file, baked or SOFA (some seconds); null for the built-in set.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_engine_create", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status EngineCreate(
@@ -1013,8 +1013,10 @@ namespace Foresound.Interop
         public static extern Status EngineSetLayout(ulong engine, Layout layout);
 
         /// <summary>
-        /// Changes the HRTF set: binaural sound cross-fades within the next graphics frame. `hrtf`: content of an HRTF
-        /// set's file at the engine's sample rate; null for the built-in set. Takes some milliseconds. Control thread.
+        /// Changes the HRTF set: binaural sound cross-fades within the next graphics frame. `hrtf`: content of a SOFA file of
+        /// the convention SimpleFreeFieldHRIR, or of a baked set at the engine's sample rate; null for the built-in set. A
+        /// baked set takes some milliseconds. A SOFA file takes some seconds, in which other calls of the engine go on:
+        /// call it on a thread of its own. Any thread but the sound's.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_engine_set_hrtf", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status EngineSetHrtf(ulong engine, byte* hrtf, UIntPtr hrtfBytes);
