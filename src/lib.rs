@@ -51,9 +51,10 @@
 //!
 //! # Features
 //!
-//! `builtin-hrtf` (default) has the HRTF sets inside the library. `files` (default) reads OBJ, PLY and TOML files and
-//! writes WAV files. `gltf` reads glTF and GLB files. `play` has sound devices of a desktop. `capi` and `jni` are for the shared library. `testing` shows the
-//! modules to this repository's own tests and tools and is not part of the interface.
+//! `builtin-hrtf` (default) has the HRTF sets inside the library. `files` (default) reads OBJ, PLY and TOML files and reads and
+//! writes WAV files. `gltf` reads glTF and GLB files, `compressed` FLAC and Ogg Vorbis, `sofa` HRTF sets. `play` has sound devices of a
+//! desktop. `capi` and `jni` are for the shared library. `testing` shows the modules to this repository's own tests and tools and
+//! is not part of the interface.
 #![cfg_attr(
     not(feature = "testing"),
     allow(

@@ -12,6 +12,7 @@ pub mod clip;
 pub mod engine;
 pub mod enumeration;
 pub mod error;
+mod function;
 pub mod handles;
 pub mod health;
 pub mod instances;

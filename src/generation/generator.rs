@@ -16,22 +16,13 @@ use crate::simd::F32x8;
 use super::{BandCorrection, BandFilter, BlockReport, CHUNK, GeneratorSettings, Hrtf};
 use crate::generation::bands::air_filter::AirFilter;
 use crate::generation::bands::band_filter::SIGNALS;
+use crate::generation::bed::Bed;
 use crate::generation::delay::delay_line::DelayLine;
 use crate::generation::delay::interpolation::AHEAD;
 use crate::generation::listener_output::{CommonInputs, ListenerOutput};
 use crate::generation::output_stage::OutputStage;
 use crate::generation::ramp::{Chunk, Chunks};
 use crate::generation::render_context::SlotOwner;
-use crate::generation::sound_field::FIELD_SIGNALS;
-
-/// Signals without a position, in front of the limiter. Each may be empty.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Bed<'a> {
-    /// Heard as they are: the mean of left and right, and half their difference.
-    pub stereo: [&'a [f32]; 2],
-    /// A first-order sound field, fixed in the world: W, Y, Z, X in AmbiX form.
-    pub field: [&'a [f32]; FIELD_SIGNALS],
-}
 
 /// Longest block in audio frames whose sources are rendered apart.
 const MAX_BLOCK: usize = 4096;

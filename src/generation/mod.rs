@@ -12,6 +12,7 @@
 #[cfg(feature = "sofa")]
 pub mod baking;
 pub mod bands;
+mod bed;
 pub mod binaural;
 pub mod delay;
 mod generator;
@@ -34,7 +35,8 @@ pub use crate::generation::bands::band_correction::BandCorrection;
 pub use crate::generation::bands::band_filter::BandFilter;
 pub use crate::generation::binaural::hrtf::Hrtf;
 pub use crate::generation::panning::layout::Layout;
-pub use generator::{Bed, Generator};
+pub use bed::Bed;
+pub use generator::Generator;
 pub use limiter::Limiter;
 pub(crate) use output_stage::OutputStage;
 pub use report::BlockReport;

@@ -134,6 +134,8 @@ fn at_work(errors: &mut Errors) {
     let stale = SourceId::new(7, 7);
     errors.of("a stale source", controller.remove_source(stale));
     errors.of("a gain", controller.set_source_gain(id, -1.0));
+    let other = ListenerPose::facing(Vec3::ONE, 0.0);
+    errors.of("a second listener", controller.set_listener(1, other));
     let mut wrong = |what: &str, change: fn(&mut SourceMix)| {
         let mut settings = controller.source_settings(id).expect("is there");
         change(&mut settings.mix);
