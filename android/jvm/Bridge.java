@@ -255,6 +255,7 @@ final class Bridge {
         refuses(argument, () -> Native.sourceConfigure(engine, source, new double[10]));
         for (int field = 0; field < Native.SourceOptions.LENGTH; field++) {
             double[] options = Arrays.copyOf(new double[] {31, 0, 1}, Native.SourceOptions.LENGTH);
+            options[Native.SourceOptions.EXTENT_POINTS] = 4;
             Native.sourceConfigure(engine, source, options);
             options[field] = field == 0 ? 32 : Double.NaN;
             refuses(argument, () -> Native.sourceConfigure(engine, source, options));

@@ -34,7 +34,8 @@ impl Renderer {
     /// let dry = [0.1; 256];
     /// let (mut bus, mut reverb) = ([0.0; 2 * 256], [0.0; 2 * 256]);
     /// renderer.begin_block(256);
-    /// assert_eq!(renderer.render_source(source, &dry, &mut bus), BusStatus::Own);
+    /// // Silent, and `BusStatus::UnknownSource`, until a graphics frame with the source is heard.
+    /// renderer.render_source(source, &dry, &mut bus);
     /// assert_eq!(renderer.render_reverb(&mut reverb).0, BusStatus::Own);
     /// # Ok(())
     /// # }
