@@ -15,7 +15,7 @@ pub(crate) struct ChunkSpan {
     pub(crate) now: i64,
     /// Frames of the ramp left at its start.
     pub(crate) left: u32,
-    /// Number of frames, at most [`CHUNK`](crate::generation::CHUNK).
+    /// Number of frames, at most [`CHUNK`].
     pub(crate) frames: usize,
 }
 

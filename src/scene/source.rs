@@ -143,7 +143,7 @@ impl SourceSettings {
     /// Checks the ranges of extent and mix; other values out of range count as the nearest valid one.
     ///
     /// # Errors
-    /// [`Error::Setting`](crate::Error::Setting) names the value out of range.
+    /// [`Error::Setting`] names the value out of range.
     pub fn check(&self) -> Result<()> {
         self.extent.check()?;
         self.mix.check()
