@@ -11,10 +11,9 @@ use std::time::{Duration, Instant};
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers, poll, read};
 use crossterm::terminal::{disable_raw_mode, enable_raw_mode, size};
 use foresound::extrapolation::PredictorKind;
-use foresound::generation::GeneratorSettings;
 use foresound::runtime::device::{CpalBackend, DeviceState, NullDeviceSettings, Supervisor};
 use foresound::runtime::{
-    Budget, Controller, Engine, EngineSchedule, EngineSettings, EngineState, TraceLog,
+    Controller, Engine, EngineSchedule, EngineSettings, EngineState, TraceLog,
 };
 use foresound::scene::ListenerPose;
 use foresound::{Error, Result};

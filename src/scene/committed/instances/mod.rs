@@ -8,7 +8,7 @@
 //! A part that moves is not joined with the scene: a door that touches its frame shares no edge or surface with it. Free
 //! edges of its panels, free ends of edges and visibility among its edges were found at its commit, without the scene;
 //! diffraction over edges of two bodies is searched at their current poses. Parts that do not move may be joined with each
-//! other ([`joined`]).
+//! other (`joined`).
 
 mod changes;
 mod joined;
