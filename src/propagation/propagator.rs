@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
+use self::listeners::invalidate_fields;
 use crate::error::Result;
 use crate::propagation::diffraction::{MAX_DIRECT_EDGES, MAX_REFLECTED_EDGE_PATHS};
 use crate::propagation::diffuse::{FieldRenewal, ListenerField, SceneField, VisibilityCells};
@@ -338,10 +339,11 @@ impl Propagator {
                 self.field_of = Some(*of);
                 self.field = field;
                 self.renewal = None;
-                self.listener_field.invalidate();
-                for there in &mut self.predicted {
-                    there.field.invalidate();
-                }
+                invalidate_fields(
+                    &mut self.listener_field,
+                    &mut self.predicted,
+                    &mut self.listeners,
+                );
                 for task in &mut self.tasks {
                     task.forget_late();
                 }
@@ -349,13 +351,11 @@ impl Propagator {
         } else if is_at_rest && self.field_of != Some(scene_state) {
             self.field_of = Some(scene_state);
             self.field.renew(scene, &mut cell_rays);
-            self.listener_field.invalidate();
-            for other in &mut self.listeners {
-                other.field.invalidate();
-            }
-            for there in &mut self.predicted {
-                there.field.invalidate();
-            }
+            invalidate_fields(
+                &mut self.listener_field,
+                &mut self.predicted,
+                &mut self.listeners,
+            );
         }
         let scope = std::mem::take(&mut self.scope);
         let depth = scope.depth(self.active_settings.depth);

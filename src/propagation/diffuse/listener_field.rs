@@ -52,9 +52,10 @@ pub struct ListenerField {
 }
 
 impl ListenerField {
-    /// Makes the results invalid.
+    /// Makes the results invalid, as another field has other samples.
     pub(crate) fn invalidate(&mut self) {
         self.of = None;
+        self.is_visible.clear();
     }
 
     /// Finds the field at a position in local coordinates, independently of earlier calls. Returns the number of rays cast.

@@ -23,7 +23,7 @@ const SAMPLES_PER_PATCH: usize = 10;
 /// Rays of a sample that find out whether sound reaches it.
 const PROBES: usize = 8;
 
-/// Mean free path in metres below which a set of samples is a cavity.
+/// Mean free path in metres below which a set of samples is a cavity, and a sample is in a gap.
 const CAVITY_M: f32 = 0.5;
 
 /// Height in metres above the surface of rays between samples.
@@ -64,7 +64,7 @@ pub(crate) struct SurfaceSamples {
     pub(crate) all: Vec<SurfaceSample>,
     /// Area of one sample.
     pub(crate) area_m2: f32,
-    /// Length in metres that a quarter of all probe rays have at most.
+    /// Length in metres that a quarter of their probe rays have at most.
     pub(crate) short_leg_m: f32,
     /// Number of patches.
     pub(crate) patches: usize,
@@ -123,7 +123,8 @@ impl SurfaceSamples {
         samples
     }
 
-    /// Drops sides from which nothing is hit, and cavities.
+    /// Drops sides from which nothing is hit, cavities, and narrow gaps that are open at an end: nobody is in them, and their
+    /// short legs would set the time base of the whole scene. What is reflected there belongs to the nearest sample.
     fn drop_unreachable(&mut self, scene: &Scene, rays: &mut u64) {
         self.index();
         let mut space: Vec<usize> = (0..self.all.len()).collect();
@@ -137,7 +138,7 @@ impl SurfaceSamples {
                 let Some(hit) = scene.closest_static_hit(&ray, [own, NO_GROUP]) else {
                     continue;
                 };
-                all_m.push(hit.t);
+                all_m.push((index, hit.t));
                 legs[index].0 += hit.t;
                 legs[index].1 += 1;
                 let normal = facing(scene, hit.group, ray.direction);
@@ -147,23 +148,29 @@ impl SurfaceSamples {
                 }
             }
         }
-        if !all_m.is_empty() {
-            let quarter = all_m.len() / 4;
-            self.short_leg_m = *all_m.select_nth_unstable_by(quarter, f32::total_cmp).1;
-        }
         let mut sums = vec![(0.0f32, 0u32); self.all.len()];
         for index in 0..self.all.len() {
             let own = root(&mut space, index);
             sums[own].0 += legs[index].0;
             sums[own].1 += legs[index].1;
         }
+        let is_kept = |index: usize, space: &mut [usize]| {
+            let (own_m, own_count) = legs[index];
+            let (sum_m, count) = sums[root(space, index)];
+            own_m > CAVITY_M * own_count as f32 && sum_m > CAVITY_M * count as f32
+        };
+        all_m.retain(|(index, _)| is_kept(*index, &mut space));
+        if !all_m.is_empty() {
+            let quarter = all_m.len() / 4;
+            let by_length = |a: &(usize, f32), b: &(usize, f32)| a.1.total_cmp(&b.1);
+            self.short_leg_m = all_m.select_nth_unstable_by(quarter, by_length).1.1;
+        }
         let mut index = 0;
         self.all.retain_mut(|sample| {
-            let (sum_m, count) = sums[root(&mut space, index)];
             let (own_m, own_count) = legs[index];
-            index += 1;
             sample.leg_m = own_m / own_count.max(1) as f32;
-            own_count > 0 && sum_m > CAVITY_M * count as f32
+            index += 1;
+            is_kept(index - 1, &mut space)
         });
     }
 

@@ -1,11 +1,13 @@
 //! Several listeners in turn: what each has of its own, and what all share.
 
 use super::{ListenerState, MAX_LISTENERS, Propagator};
+use crate::propagation::diffuse::ListenerField;
+use crate::propagation::source_task::PredictedPosition;
 
 impl Propagator {
-    /// Computes for several listeners in turn, 1 to 16: [`Self::select_listener`] before each one's update. All share the sources' rays and
-    /// the scene's exchange of scattered energy, and what the guide rays of one discover is tried for all: each listener casts
-    /// its part of them. Initially one. Allocates.
+    /// Computes for several listeners in turn, 1 to 16: [`Self::select_listener`] before each one's update. All share the
+    /// sources' rays and the scene's exchange of scattered energy, and what the guide rays of one discover is tried for all:
+    /// each listener casts its part of them. Initially one. Allocates.
     ///
     /// ```
     /// # use std::sync::Arc;
@@ -36,8 +38,8 @@ impl Propagator {
         }
     }
 
-    /// Takes up the state of a listener for its update, below the number of listeners (others are ignored). The first listener's turn begins a round; the
-    /// others follow in order, with the same source poses.
+    /// Takes up the state of a listener for its update, below the number of listeners (others are ignored). The first
+    /// listener's turn begins a round; the others follow in order, with the same source poses.
     pub fn select_listener(&mut self, index: usize) {
         if index >= self.listeners.len() {
             return;
@@ -56,5 +58,22 @@ impl Propagator {
             std::mem::swap(&mut self.history, &mut state.history);
         }
         self.listener = index;
+    }
+}
+
+/// Marks what every listener knows of the late field, at its position and at predicted ones, as out of date: of the listener
+/// whose turn it is and of the others.
+pub(super) fn invalidate_fields(
+    field: &mut ListenerField,
+    predicted: &mut [PredictedPosition],
+    others: &mut [ListenerState],
+) {
+    field.invalidate();
+    for other in &mut *others {
+        other.field.invalidate();
+    }
+    let elsewhere = others.iter_mut().flat_map(|other| &mut other.predicted);
+    for there in predicted.iter_mut().chain(elsewhere) {
+        there.field.invalidate();
     }
 }
