@@ -2,12 +2,12 @@
 
 use std::ffi::c_char;
 
-use super::answer;
 use super::memory::{
-    Elements, Variable, aligned, element, elements, slice, slice_mut, store, structure, text,
+    Elements, check_samples, element, elements, info_of, output_of, slice, store, structure, text,
 };
+use super::{answer, audio_answer};
 use crate::bridge::engine::ENGINES;
-use crate::bridge::error::{CallError, Status, catch_panic};
+use crate::bridge::error::{CallError, Status};
 use crate::bridge::numbers::SourcePath;
 use crate::bridge::pose::Pose;
 use crate::bridge::scenes::{self, SceneOptions};
@@ -157,22 +157,6 @@ pub unsafe extern "C" fn foresound_scene_from_mesh(
     })
 }
 
-/// An error of the audio functions, whose messages are static, for an array that is null, misaligned or too long.
-pub(super) fn check_array<T>(
-    pointer: *const T,
-    count: usize,
-    most: usize,
-) -> Result<(), CallError> {
-    const TOO_LONG: CallError = CallError::fixed(Status::BadArgument, "too many samples");
-    const NULL: CallError = CallError::fixed(Status::Null, "a pointer is null; pass an address");
-    match count {
-        0 => Ok(()),
-        _ if count > most => Err(TOO_LONG),
-        _ if pointer.is_null() => Err(NULL),
-        _ => aligned(pointer),
-    }
-}
-
 /// Renders `frames` audio frames of interleaved stereo into `output`; silence on failure. An engine of another number of
 /// channels than two is refused: use foresound_render_channels. `info`: null if unused. One thread at a time a renderer; a second concurrent call gets FORESOUND_STATUS_BUSY. Multiples of the engine's block size are the
 /// most efficient. Audio thread: wait-free, without allocation, without a message.
@@ -219,26 +203,14 @@ unsafe fn render(
     frames: usize,
     info: *mut RenderInfo,
 ) -> Status {
-    const CHANNELS: CallError = CallError::fixed(Status::BadArgument, "channels: outside 1 to 16");
-    let result = catch_panic(|| {
-        if !(1..=16).contains(&channels) {
-            return Err(CHANNELS);
-        }
-        let channels = channels as usize;
-        check_array(output, frames, 1 << 24)?;
+    audio_answer(|| {
         // SAFETY: the caller's obligation.
-        let output = unsafe { slice_mut("output", output, channels * frames) }?;
-        let info = if info.is_null() {
-            Ok(None)
-        } else {
-            // SAFETY: not null; the rest is the caller's obligation.
-            aligned(info).and_then(|()| unsafe { Variable::new(info) }.map(Some))
-        };
-        let info = info.inspect_err(|_| output.fill(0.0))?;
-        let rendered = sound::render(renderer, output, channels)?;
+        let output = unsafe { output_of(output, channels, frames) }?;
+        // SAFETY: the caller's obligation.
+        let info = unsafe { info_of(info) }.inspect_err(|_| output.fill(0.0))?;
+        let rendered = sound::render(renderer, output, channels as usize)?;
         info.map_or(Ok(()), |info| info.store(rendered))
-    });
-    result.map_or_else(|error| error.status, |()| Status::Ok)
+    })
 }
 
 /// Appends as many of `count` samples to a stream as fit; `written` (null if unused) receives their number. Fails with
@@ -254,8 +226,8 @@ pub unsafe extern "C" fn foresound_stream_write(
     count: usize,
     written: *mut usize,
 ) -> Status {
-    let result = catch_panic(|| {
-        check_array(samples, count, 1 << 28)?;
+    audio_answer(|| {
+        check_samples(samples, count, 1 << 28)?;
         // SAFETY: the caller's obligation.
         let samples = unsafe { slice("samples", samples, count) }?;
         let fitted = sound::write_stream(stream, samples)?;
@@ -264,6 +236,5 @@ pub unsafe extern "C" fn foresound_stream_write(
             unsafe { store("written", written, fitted) }?;
         }
         Ok(())
-    });
-    result.map_or_else(|error| error.status, |()| Status::Ok)
+    })
 }

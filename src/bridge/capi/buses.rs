@@ -1,9 +1,9 @@
 //! Functions of the audio thread that render sources or listeners apart, into the caller's memory.
 
-use super::arrays::check_array;
-use super::memory::{Variable, aligned, slice, slice_mut, store};
+use super::audio_answer;
+use super::memory::{check_samples, info_of, output_of, slice, store};
 use crate::bridge::enumeration::Bus;
-use crate::bridge::error::{CallError, Status, catch_panic};
+use crate::bridge::error::{CallError, Status};
 use crate::bridge::sound::{self, RenderInfo};
 use crate::bridge::source_buses;
 
@@ -17,8 +17,7 @@ const MAX_FRAMES: usize = 4096;
 /// without a message.
 #[unsafe(no_mangle)]
 pub extern "C" fn foresound_render_begin(renderer: u64, frames: usize) -> Status {
-    let result = catch_panic(|| source_buses::begin(renderer, frames));
-    result.map_or_else(|error| error.status, |()| Status::Ok)
+    audio_answer(|| source_buses::begin(renderer, frames))
 }
 
 /// Renders one source of the block into `output`: `frames` audio frames of interleaved `channels`, those of the engine
@@ -40,12 +39,12 @@ pub unsafe extern "C" fn foresound_render_source(
     frames: usize,
     bus: *mut Bus,
 ) -> Status {
-    let result = catch_panic(|| {
+    audio_answer(|| {
         // SAFETY: the caller's obligation.
         let output = unsafe { output_of(output, channels, frames) }?;
         let checked = match dry.is_null() {
             true => Ok(&[][..]),
-            false => check_array(dry, frames, MAX_FRAMES)
+            false => check_samples(dry, frames, MAX_FRAMES)
                 // SAFETY: not null and aligned; the length is the caller's obligation.
                 .and_then(|()| unsafe { slice("dry", dry, frames) }),
         };
@@ -56,8 +55,7 @@ pub unsafe extern "C" fn foresound_render_source(
         }
         // SAFETY: the caller's obligation.
         unsafe { store("bus", bus, held) }
-    });
-    result.map_or_else(|error| error.status, |()| Status::Ok)
+    })
 }
 
 /// Ends the block: renders the late reverb of all sources into `output`, and with it everything without a bus of its own in this
@@ -75,15 +73,14 @@ pub unsafe extern "C" fn foresound_render_reverb(
     frames: usize,
     info: *mut RenderInfo,
 ) -> Status {
-    let result = catch_panic(|| {
+    audio_answer(|| {
         // SAFETY: the caller's obligation.
         let output = unsafe { output_of(output, channels, frames) }?;
         // SAFETY: the caller's obligation.
         let info = unsafe { info_of(info) }.inspect_err(|_| output.fill(0.0))?;
         let rendered = source_buses::render_reverb(renderer, output, channels as usize)?;
         info.map_or(Ok(()), |info| info.store(rendered))
-    });
-    result.map_or_else(|error| error.status, |()| Status::Ok)
+    })
 }
 
 /// Renders each of several listeners into its own part of `output`, one after the other: `listeners` times `frames` audio frames of
@@ -102,7 +99,7 @@ pub unsafe extern "C" fn foresound_render_listeners(
     info: *mut RenderInfo,
 ) -> Status {
     const LISTENERS: CallError = CallError::fixed(Status::BadArgument, "listeners: outside 1 to 4");
-    let result = catch_panic(|| {
+    audio_answer(|| {
         if !(1..=4).contains(&listeners) {
             return Err(LISTENERS);
         }
@@ -114,37 +111,5 @@ pub unsafe extern "C" fn foresound_render_listeners(
         let counts = [listeners as usize, channels as usize];
         let rendered = sound::render_listeners(renderer, output, counts)?;
         info.map_or(Ok(()), |info| info.store(rendered))
-    });
-    result.map_or_else(|error| error.status, |()| Status::Ok)
-}
-
-/// A caller's structure for what was rendered, unless it is null.
-///
-/// # Safety
-/// `info` is null or the address of a structure with its size.
-unsafe fn info_of(info: *mut RenderInfo) -> Result<Option<Variable<RenderInfo>>, CallError> {
-    if info.is_null() {
-        return Ok(None);
-    }
-    aligned(info)?;
-    // SAFETY: not null; the rest is the caller's obligation.
-    unsafe { Variable::new(info) }.map(Some)
-}
-
-/// An output in the caller's memory.
-///
-/// # Safety
-/// `output` has `channels` x `frames` elements, unless it is null.
-unsafe fn output_of<'a>(
-    output: *mut f32,
-    channels: u32,
-    frames: usize,
-) -> Result<&'a mut [f32], CallError> {
-    const CHANNELS: CallError = CallError::fixed(Status::BadArgument, "channels: outside 1 to 16");
-    if !(1..=16).contains(&channels) {
-        return Err(CHANNELS);
-    }
-    check_array(output, frames, 1 << 24)?;
-    // SAFETY: the caller's obligation.
-    unsafe { slice_mut("output", output, channels as usize * frames) }
+    })
 }

@@ -11,6 +11,7 @@ use crate::bridge::interface::{
 };
 use crate::bridge::pose::Pose;
 use crate::bridge::record::{Growing, MAX_BYTES, check_size};
+use crate::bridge::sound::RenderInfo;
 
 /// An error with a static message, for audio calls too, for a misaligned pointer.
 pub(super) fn aligned<T>(pointer: *const T) -> Result<(), CallError> {
@@ -72,6 +73,55 @@ pub(super) unsafe fn slice_mut<'a, T>(
     check_array(name, pointer, count)?;
     // SAFETY: not null, aligned, not larger than memory; the rest is the caller's obligation.
     Ok(unsafe { std::slice::from_raw_parts_mut(pointer, count) })
+}
+
+/// An error of the audio functions, whose messages are static, for an array that is null, misaligned or too long.
+pub(super) fn check_samples<T>(
+    pointer: *const T,
+    count: usize,
+    most: usize,
+) -> Result<(), CallError> {
+    const TOO_LONG: CallError = CallError::fixed(Status::BadArgument, "too many samples");
+    const NULL: CallError = CallError::fixed(Status::Null, "a pointer is null; pass an address");
+    match count {
+        0 => Ok(()),
+        _ if count > most => Err(TOO_LONG),
+        _ if pointer.is_null() => Err(NULL),
+        _ => aligned(pointer),
+    }
+}
+
+/// A caller's structure for what was rendered, unless it is null.
+///
+/// # Safety
+/// `info` is null or the address of a structure with its size.
+pub(super) unsafe fn info_of(
+    info: *mut RenderInfo,
+) -> Result<Option<Variable<RenderInfo>>, CallError> {
+    if info.is_null() {
+        return Ok(None);
+    }
+    aligned(info)?;
+    // SAFETY: not null; the rest is the caller's obligation.
+    unsafe { Variable::new(info) }.map(Some)
+}
+
+/// An output in the caller's memory.
+///
+/// # Safety
+/// `output` has `channels` x `frames` elements, unless it is null.
+pub(super) unsafe fn output_of<'a>(
+    output: *mut f32,
+    channels: u32,
+    frames: usize,
+) -> Result<&'a mut [f32], CallError> {
+    const CHANNELS: CallError = CallError::fixed(Status::BadArgument, "channels: outside 1 to 16");
+    if !(1..=16).contains(&channels) {
+        return Err(CHANNELS);
+    }
+    check_samples(output, frames, 1 << 24)?;
+    // SAFETY: the caller's obligation.
+    unsafe { slice_mut("output", output, channels as usize * frames) }
 }
 
 /// Writes a result.

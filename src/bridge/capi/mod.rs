@@ -50,6 +50,11 @@ fn answer(call: impl FnOnce() -> Result<(), CallError>) -> Status {
     }
 }
 
+/// Runs a call of the audio thread, whose errors leave no message.
+fn audio_answer(call: impl FnOnce() -> Result<(), CallError>) -> Status {
+    catch_panic(call).map_or_else(|error| error.status, |()| Status::Ok)
+}
+
 /// Version of this interface: 65,536 x major + 256 x minor + patch. Another major number than
 /// FORESOUND_API_VERSION's is incompatible, and foresound_engine_create refuses it. Any thread.
 #[unsafe(no_mangle)]
