@@ -204,6 +204,7 @@ fn a_change_of_any_dependency_has_rays_cast_again() {
     viewpoints[1].renew(&scene, (listener + step).as_vec3(), 0);
     let first = SourceRays {
         origin,
+        offset: DVec3::ZERO,
         field: &field,
         pose,
         directions: &lattices[0],
@@ -320,6 +321,7 @@ fn cached_rays_among_parts_find_the_same_hits_as_new_ones() {
             heard.renew(&scene, &field, at, &viewpoints, state);
             let from = SourceRays {
                 origin: scene.to_local(source),
+                offset: DVec3::ZERO,
                 field: &field,
                 pose: SourcePose::at(SourceId::new(0, 0), source),
                 directions: &directions,

@@ -11,8 +11,9 @@ use crate::extrapolation::frame_mix::{FrameMix, MixSmoother};
 use crate::extrapolation::geometric::{GeometricPredictor, PreparedUpdate};
 use crate::extrapolation::scene_pair::ScenePair;
 use crate::extrapolation::source_motion::SourceMotion;
+use crate::propagation::diffraction::PointImage;
 use crate::propagation::{LATE_GROUPS, LateEnergy, LateGroup, PathSet};
-use crate::scene::{InstancePose, Scene, SourcePose};
+use crate::scene::{InstancePose, Scene, SourceId, SourcePose};
 
 /// Predictor of the paths that are not part of the direct field.
 pub(super) enum Rule {
@@ -139,6 +140,8 @@ pub struct Extrapolator {
     pub(super) smoother: MixSmoother,
     /// The mix of each source of the present graphics frame.
     pub(super) mixes: Vec<FrameMix>,
+    /// The points of each wide source of the present graphics frame.
+    pub(super) images: Vec<(SourceId, PointImage)>,
 }
 
 impl Extrapolator {
@@ -164,6 +167,7 @@ impl Extrapolator {
             motion: SourceMotion::default(),
             smoother: MixSmoother::default(),
             mixes: Vec::new(),
+            images: Vec::new(),
         }
     }
 
@@ -239,6 +243,7 @@ impl Extrapolator {
         self.motion.reserve(sources);
         self.smoother.reserve(sources);
         self.mixes.reserve(sources);
+        self.images.reserve(sources);
     }
 
     /// Replaces the predictor from the next frame on; returns the old one. Real-time.

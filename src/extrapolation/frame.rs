@@ -209,7 +209,8 @@ pub struct FramePaths {
     pub orientation: Quat,
     /// Paths, sorted by [`FramePath::id`].
     pub paths: Vec<FramePath>,
-    /// Directions of the paths that come from a wide source, sorted by identity; at most one a source.
+    /// Directions of the paths that come from a wide source, sorted by identity: of the straight one, and of the nearest
+    /// reflections.
     pub wide: Vec<WideArrival>,
     /// What blocks each source, in the order of the sources.
     pub obstructions: Vec<Obstruction>,

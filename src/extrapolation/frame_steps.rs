@@ -7,6 +7,7 @@ use super::extrapolator::{Extrapolator, Rule, Step};
 use super::frame::{FramePath, FramePaths, LateSend, Obstruction, PathKind, WideArrival, allows};
 use super::frame_mix::find as find_mix;
 use super::predictor::{FrameContext, TrackedPath};
+use super::wide_reflections::WideSource;
 use crate::acoustics::BANDS;
 use crate::extrapolation::geometric::{FrameInputs, extrapolate_late};
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
@@ -56,6 +57,7 @@ impl Extrapolator {
             result.obstructions.clear();
             self.occluded.clear();
             self.mixes.clear();
+            self.images.clear();
         }
         for (index, pose) in sources.iter().enumerate().skip(first) {
             if budget.is_spent() {
@@ -121,6 +123,7 @@ impl Extrapolator {
                 let arrival = WideArrival::of(path.id, wide.image.points(), ear);
                 result.wide.extend(arrival);
             }
+            self.images.extend(wide.map(|wide| (pose.id, wide.image)));
             self.mixes.push(mix);
             let edges = field.edges.as_slice().len();
             let points = wide.map_or(1, |wide| wide.image.points().count());
@@ -152,6 +155,7 @@ impl Extrapolator {
         }
         if let Step::Continued(_) = self.step {
             self.step = Step::Emission(0);
+            self.widen_reflections(listener, sources, budget, result);
         }
         if !self.emission_part(sources, budget, &mut result.paths) {
             progress.is_done = false;
@@ -197,6 +201,30 @@ impl Extrapolator {
         self.frames_since_update = self.frames_since_update.saturating_add(1);
         self.step = Step::default();
         progress
+    }
+
+    /// Gives the reflections of wide sources their level and width.
+    fn widen_reflections(
+        &self,
+        listener: &ListenerPose,
+        sources: &[SourcePose],
+        budget: &mut WorkBudget,
+        result: &mut FramePaths,
+    ) {
+        for (id, points) in &self.images {
+            let Some(pose) = sources.iter().find(|pose| pose.id == *id) else {
+                continue;
+            };
+            let source = WideSource {
+                pose,
+                points,
+                min_distance_m: pose.settings.min_distance_m(self.min_distance_m) as f32,
+                speed_m_s: self.scenes.current().speed_of_sound_m_s(),
+                listener: listener.position,
+            };
+            let widened = source.widen(&mut result.paths, &mut result.wide);
+            budget.spend(cost::WIDENED * widened + result.paths.len() / cost::SORTED);
+        }
     }
 
     /// Applies the mixes of all sources to the paths of the frame.

@@ -15,10 +15,12 @@ pub mod predictor;
 pub mod scene_pair;
 mod source_motion;
 pub mod tracking;
+mod wide_reflections;
 pub mod work_budget;
 
 pub use crate::extrapolation::geometric::{GeometricSettings, PredictionTarget, PreparedUpdate};
 pub use crate::extrapolation::scene_pair::ScenePair;
+pub(crate) use crate::extrapolation::wide_reflections::MAX_WIDE_REFLECTIONS;
 pub use crate::extrapolation::work_budget::{Progress, WorkBudget};
 pub use extrapolator::{Extrapolator, PredictorState};
 pub use frame::{

@@ -70,6 +70,8 @@ pub(crate) mod cost {
     pub(crate) const CONTINUED: usize = 1;
     /// Emission of one audible candidate.
     pub(crate) const EMITTED: usize = 2;
+    /// The mean level of a path over the points of a wide source.
+    pub(crate) const WIDENED: usize = 1;
     /// The time of emission of a path whose source moves.
     pub(crate) const EMISSION: usize = 1;
     /// Paths sorted per unit.

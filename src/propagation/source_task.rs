@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 
 use super::amplitude;
 use super::curved_reflection;
-use super::diffraction::{self, NearEdges, path_in_shadow, reflection_gain};
+use super::diffraction::{self, ExtentPoints, NearEdges, path_in_shadow, reflection_gain};
 use super::endpoints::Endpoints;
 use super::path::{LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use super::settings::PropagationSettings;
@@ -290,6 +290,7 @@ impl SourceTask {
             Some(_) => 0,
             None => missing.saturating_sub(CAST_AFTER_JUMP),
         };
+        let points = ExtentPoints::of(scene, pose, &mut self.rays);
         let mut late_at =
             |source: DVec3, listener: DVec3, cells: &VisibilityCells, field: &ListenerField| {
                 let mut left = match (moves, context.nearby_m) {
@@ -301,11 +302,15 @@ impl SourceTask {
                 };
                 let rays = &mut self.rays;
                 for turn in turn..turn + ROTATIONS {
+                    // Each rotation starts at another point: their mean is that of a source with a size.
+                    let offset = points.map(|points| points.of_rotation(turn, ROTATIONS));
+                    let from = offset.map_or(source, |offset| source + offset);
                     let source_rays = SourceRays {
                         origin: match moves {
-                            true => stable_viewpoint(scene, source, turn, rays),
-                            false => source,
+                            true => stable_viewpoint(scene, from, turn, rays),
+                            false => from,
                         },
+                        offset: offset.unwrap_or_default(),
                         field: context.scene_field,
                         pose: *pose,
                         directions: context.directions,

@@ -43,7 +43,7 @@ pub const DEFAULT_PRIORITY: u8 = 128;
 pub const MAX_EXTENT_POINTS: usize = 32;
 
 /// Fewest points of a wide source.
-const MIN_EXTENT_POINTS: usize = 4;
+pub(super) const MIN_EXTENT_POINTS: usize = 4;
 
 /// Longest semi-axis of a source in metres.
 const MAX_EXTENT_M: f32 = 1e3;
@@ -52,7 +52,8 @@ const MAX_EXTENT_M: f32 = 1e3;
 ///
 /// A wide source is heard as points on the ellipsoid that sound independently. Each has a straight path and edge waves of its own;
 /// their mean energy is the level of the direct sound, and their directions its image. A share of the points may be hidden, so
-/// the source fades while a listener walks past an edge. Reflections and late reverb are those of the centre.
+/// the source fades while a listener walks past an edge. Reflections have the mean level of all points, the nearest ones their image as
+/// well, and are hidden where that of the centre is. The late reverb is that of all points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SourceExtent {
     /// Semi-axes in metres along the source's +x, +y and +z, 0 to 1000. Three equal ones are a sphere, two a disc, one a line

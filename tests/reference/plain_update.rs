@@ -208,6 +208,7 @@ impl PlainPropagator {
                     true => stable_viewpoint(&scene, origin, turn, &mut 0),
                     false => origin,
                 },
+                offset: DVec3::ZERO,
                 field: &self.field,
                 pose: *pose,
                 directions: &directions,

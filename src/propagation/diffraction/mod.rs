@@ -45,7 +45,9 @@ pub use crate::propagation::diffraction::reflection_edges::{
 };
 pub use crate::propagation::diffraction::revalidate::{DiffractionPath, DiffractionSequence};
 pub use crate::propagation::diffraction::second_order::MAX_TWO_EDGE_PATHS;
-pub use crate::propagation::diffraction::wide_source::{WideField, sized_field, wide_field};
+pub use crate::propagation::diffraction::wide_source::{
+    ExtentPoints, PointImage, WideField, sized_field, wide_field,
+};
 
 use crate::acoustics::smoothstep;
 use crate::propagation::endpoints::Endpoints;

@@ -83,6 +83,38 @@ pub struct WideField {
     pub image: PointImage,
 }
 
+/// The points of a wide source, for rays that start at each in turn.
+#[derive(Debug, Clone, Copy)]
+pub struct ExtentPoints {
+    /// From the centre.
+    offsets: [Vec3; MAX_EXTENT_POINTS],
+    count: usize,
+}
+
+impl ExtentPoints {
+    /// Those of a source; `None` for a point source. Casts a ray a point.
+    pub fn of(scene: &Scene, pose: &SourcePose, rays: &mut u64) -> Option<Self> {
+        if !pose.settings.extent.is_wide() {
+            return None;
+        }
+        let (positions, count) = extent_points(scene, pose, rays);
+        Some(Self {
+            offsets: positions.map(|position| position - pose.position),
+            count,
+        })
+    }
+
+    /// From the centre to the point of one of so many rotations of the source's rays: all together have each point equally often
+    /// where their number allows it, and any few in turn are spread over the ellipsoid.
+    pub fn of_rotation(&self, rotation: u64, rotations: u64) -> DVec3 {
+        let spread = (STRIDE * rotation % rotations) as usize;
+        self.offsets[spread * self.count / rotations as usize].as_dvec3()
+    }
+}
+
+/// Step through the points from one rotation to the next, without a common divisor with the number of rotations.
+const STRIDE: u64 = 7;
+
 /// The points of a wide source in world coordinates. Behind a surface, as seen from the centre, there is none: such points are
 /// pulled in front of it.
 fn extent_points(

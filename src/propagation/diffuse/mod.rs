@@ -72,7 +72,7 @@ fn weight(distance_m: f64, reach_m: f64) -> f64 {
 #[derive(Debug, Clone, Default)]
 struct RotationEntry {
     filled: bool,
-    /// The source when the rays were traced, local coordinates.
+    /// The source's centre when the rays were traced, local coordinates.
     origin: DVec3,
     cached: CachedRays,
     secondary: SecondarySources,
@@ -181,7 +181,7 @@ impl LateEstimator {
         }
         self.has_new_rays |= is_new || !entry.filled;
         entry.filled = true;
-        entry.origin = from.origin;
+        entry.origin = from.origin - from.offset;
         is_new
     }
 

@@ -19,6 +19,8 @@ pub const FAR_BOUNCES: usize = 32;
 pub struct SourceRays<'a> {
     /// The source, local coordinates.
     pub origin: DVec3,
+    /// From the source's position to the point of its extent at which the rays start; zero for a point source.
+    pub offset: DVec3,
     /// The scene's late field, whose patches take what scatters.
     pub field: &'a SceneField,
     /// The source's pose and settings; its directivity weights the rays.

@@ -18,7 +18,9 @@ use super::messages::{AudioFrame, OutputChange, SampleSourceChange, UpdateMessag
 use super::mixer::Mixer;
 use super::settings::EngineSettings;
 use super::statistics::{Metrics, add};
-use crate::extrapolation::{Extrapolator, FramePaths, LATE_GROUPS, LATE_SEGMENTS};
+use crate::extrapolation::{
+    Extrapolator, FramePaths, LATE_GROUPS, LATE_SEGMENTS, MAX_WIDE_REFLECTIONS,
+};
 use crate::generation::Generator;
 use crate::propagation::MAX_ORDER;
 use crate::runtime::engine::block_pacing::BlockPacing;
@@ -166,7 +168,7 @@ impl Renderer {
             let mut paths = FramePaths::default();
             paths.paths.reserve(max_paths);
             paths.obstructions.reserve(slots);
-            paths.wide.reserve(slots);
+            paths.wide.reserve(slots * (1 + MAX_WIDE_REFLECTIONS));
             paths.late.reserve(slots * LATE_SEGMENTS * LATE_GROUPS);
             ListenerFrame {
                 extrapolator,
