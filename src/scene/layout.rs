@@ -10,6 +10,8 @@
 //! facing = [0.0, 0.0, 1.0]                    # −z if absent
 //! directivity = { weight = 0.5, order = 1 }   # weight: one number or eight, by band
 //! radius_m = 0.5                              # constant level below this distance
+//! extent_m = [20.0, 0.2, 1.5]                 # semi-axes of a source with a size; one number for a sphere
+//! extent_points = 16                          # its points, 4 to 32
 //! without = ["late", "transmission"]          # of direct, reflections, diffraction, transmission, late
 //! [listener]                       # optional
 //! from = [0.0, 1.7, 0.0]
@@ -79,7 +81,7 @@ pub struct NamedSource {
     pub position: Vec3,
     /// Turns source coordinates (+x right, +y up, −z ahead) into world coordinates.
     pub orientation: Quat,
-    /// Directivity, radius and effects.
+    /// Directivity, radius, size and effects.
     pub settings: SourceSettings,
 }
 

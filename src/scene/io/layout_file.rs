@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use glam::Quat;
+use glam::{Quat, Vec3};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -13,7 +13,9 @@ use super::toml_file::{PerBand, Position, TomlFile, Within, read_text};
 use crate::error::{Error, Result};
 use crate::scene::directivity::{Directivity, DirectivityTable};
 use crate::scene::layout::{NamedSource, SceneLayout, Walk};
-use crate::scene::source::{Effects, FRONT, SourceSettings};
+use crate::scene::source::{
+    Effects, FRONT, MAX_EXTENT_POINTS, MIN_EXTENT_POINTS, SourceExtent, SourceSettings,
+};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -35,6 +37,8 @@ struct SourceFields {
     #[serde(default)]
     directivity: DirectivityFields,
     radius_m: Option<Within<0, 1000, true>>,
+    extent_m: Option<SemiAxes>,
+    extent_points: Option<Points>,
     #[serde(default)]
     without: Vec<Effect>,
 }
@@ -78,6 +82,54 @@ impl TryFrom<Position> for Facing {
         let direction = direction.0.try_normalize();
         let direction = direction.ok_or("no direction; give a direction such as [0, 0, 1]")?;
         Ok(Self(Quat::from_rotation_arc(FRONT, direction)))
+    }
+}
+
+/// Semi-axes of a source in metres: one number for a sphere, or three.
+#[derive(Deserialize)]
+#[serde(try_from = "toml::Value")]
+struct SemiAxes(Vec3);
+
+impl TryFrom<toml::Value> for SemiAxes {
+    type Error = String;
+
+    fn try_from(value: toml::Value) -> std::result::Result<Self, String> {
+        let values = match value {
+            toml::Value::Array(values) => values,
+            single => vec![single; 3],
+        };
+        let numbers = values
+            .into_iter()
+            .map(|value| value.try_into::<Within<0, 1000>>().map(|n| n.0 as f32))
+            .collect::<std::result::Result<Vec<f32>, _>>()
+            .map_err(|error| error.message().to_owned())?;
+        let axes = <[f32; 3]>::try_from(numbers).map_err(|numbers| {
+            format!(
+                "{} numbers instead of 3; give the semi-axes along x, y and z in metres, or the radius of a sphere",
+                numbers.len()
+            )
+        })?;
+        Ok(Self(axes.into()))
+    }
+}
+
+/// Points of a source with a size.
+#[derive(Deserialize)]
+#[serde(try_from = "i64")]
+struct Points(usize);
+
+impl TryFrom<i64> for Points {
+    type Error = String;
+
+    fn try_from(number: i64) -> std::result::Result<Self, String> {
+        let (least, most) = (MIN_EXTENT_POINTS, MAX_EXTENT_POINTS);
+        let points = usize::try_from(number).ok();
+        points
+            .filter(|points| (least..=most).contains(points))
+            .map(Self)
+            .ok_or_else(|| {
+                format!("{number} is outside {least} to {most}; give a whole number in that range")
+            })
     }
 }
 
@@ -164,6 +216,12 @@ impl From<SourceFields> for NamedSource {
                     table: levels_db.map(|levels| levels.0),
                 },
                 radius_m: fields.radius_m.map(|radius| radius.0 as f32),
+                extent: SourceExtent {
+                    semi_axes_m: fields.extent_m.map_or(Vec3::ZERO, |axes| axes.0),
+                    points: fields
+                        .extent_points
+                        .map_or(SourceExtent::POINT.points, |points| points.0),
+                },
                 effects,
                 ..SourceSettings::default()
             },
@@ -191,8 +249,6 @@ impl WalkFields {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
     use crate::acoustics::BANDS;
     use crate::scene::SourceId;
@@ -289,6 +345,16 @@ mod tests {
     }
 
     #[test]
+    fn sizes_of_sources_are_read() {
+        let extent = |more: &str| parse(more).unwrap().sources[0].settings.extent;
+        assert_eq!(extent(""), SourceExtent::POINT);
+        assert_eq!(extent("extent_m = 2"), SourceExtent::sphere(2.0));
+        let river = extent("extent_m = [30, 0, 1.5]\nextent_points = 32");
+        assert_eq!(river.semi_axes_m, Vec3::new(30.0, 0.0, 1.5));
+        assert_eq!(river.points, 32);
+    }
+
+    #[test]
     fn tables_of_levels_arrive() {
         let layout = parse("directivity = { levels_db = [0, -6, [-12, 0, 0, 0, 0, 0, 0, -60]] }");
         let directivity = layout.unwrap().sources[0].settings.directivity;
@@ -307,6 +373,18 @@ mod tests {
             (
                 "radius_m = -1",
                 "x.toml:4: `sources.radius_m`: -1 is outside above 0 to 1000",
+            ),
+            (
+                "extent_m = [1, 2]",
+                "x.toml:4: `sources.extent_m`: 2 numbers instead of 3; give the semi-axes",
+            ),
+            (
+                "extent_m = -1",
+                "x.toml:4: `sources.extent_m`: -1 is outside 0 to 1000",
+            ),
+            (
+                "extent_points = 33",
+                "x.toml:4: `sources.extent_points`: 33 is outside 4 to 32",
             ),
             (
                 "without = ['echo']",
