@@ -6,7 +6,7 @@
 
 use crate::extrapolation::WorkBudget;
 
-/// Work that a block always does: less than 0.1 ms of a desktop's core.
+/// Work that a block always does for each listener: less than 0.1 ms of a desktop's core.
 const AT_ONCE: u32 = 600;
 
 /// Graphics frames in which the peak of their work decays to a third: frames in which an update arrives do more than others,
@@ -67,6 +67,7 @@ pub fn ramp_frames(frame_s: f64, rate_hz: u32, block_frames: usize) -> u32 {
 pub(crate) struct BlockPacing {
     block_s: f64,
     is_even: bool,
+    at_once: u32,
     /// Blocks over which a frame is spread, and those begun.
     blocks: u32,
     block: u32,
@@ -82,11 +83,13 @@ pub(crate) struct BlockPacing {
 }
 
 impl BlockPacing {
-    /// For blocks of `block_s`; without `is_even` a frame is done in one block.
-    pub(crate) fn new(block_s: f64, is_even: bool) -> Self {
+    /// For blocks of `block_s` and so many listeners, with whom the first frame after silence is as soon complete as with one;
+    /// without `is_even` a frame is done in one block.
+    pub(crate) fn new(block_s: f64, is_even: bool, listeners: usize) -> Self {
         Self {
             block_s,
             is_even,
+            at_once: AT_ONCE * listeners as u32,
             blocks: 1,
             block: 0,
             frame_work: 0,
@@ -133,7 +136,7 @@ impl BlockPacing {
         let even = SPARE * share * f64::from(self.peak_work) / f64::from(self.blocks);
         let left = FULL_SHARE - SOURCES_SHARE - VOICE_SHARE * f64::from(voices);
         let most = share * left.clamp(MIN_SHARE, MAX_SHARE) * self.block_s / UNIT_S;
-        WorkBudget::of((even.min(most) as u32).max(AT_ONCE))
+        WorkBudget::of((even.min(most) as u32).max(self.at_once))
     }
 
     /// Adds the work of a block.
@@ -204,7 +207,7 @@ mod tests {
 
     #[test]
     fn much_work_is_spread_and_little_is_not() {
-        let mut pace = BlockPacing::new(256.0 / 44_100.0, true);
+        let mut pace = BlockPacing::new(256.0 / 44_100.0, true, 1);
         assert_eq!(blocks_for(&mut pace, 500), 1);
         // The work of a frame is known after the first one. A frame has two whole blocks.
         blocks_for(&mut pace, 6_000);
@@ -212,16 +215,16 @@ mod tests {
             assert_eq!(blocks_for(&mut pace, 6_000), 2);
             assert_eq!(blocks_for(&mut pace, 6_200), 2);
         }
-        let mut at_once = BlockPacing::new(256.0 / 44_100.0, false);
+        let mut at_once = BlockPacing::new(256.0 / 44_100.0, false, 1);
         assert_eq!(blocks_for(&mut at_once, 18_000), 1);
-        let mut long_blocks = BlockPacing::new(1024.0 / 44_100.0, true);
+        let mut long_blocks = BlockPacing::new(1024.0 / 44_100.0, true, 1);
         assert_eq!(blocks_for(&mut long_blocks, 18_000), 1);
     }
 
     #[test]
     fn a_large_frame_takes_more_blocks_once() {
         let block_s = 256.0 / 44_100.0;
-        let mut pace = BlockPacing::new(block_s, true);
+        let mut pace = BlockPacing::new(block_s, true, 1);
         // In tenths of a microsecond, and the piece that was begun.
         let bound = (MAX_SHARE * block_s / 1e-7) as u32 + 50;
         for work in [18_000, 18_000, 30_000] {
@@ -238,7 +241,7 @@ mod tests {
 
     #[test]
     fn frames_of_uneven_work_are_committed_in_the_same_block() {
-        let mut pace = BlockPacing::new(256.0 / 44_100.0, true);
+        let mut pace = BlockPacing::new(256.0 / 44_100.0, true, 1);
         let mut commits = Vec::new();
         for frame in 0..60 {
             let mut left = if frame % 13 == 0 { 5_000 } else { 3_800 };
@@ -263,7 +266,7 @@ mod tests {
 
     #[test]
     fn paths_are_evaluated_less_often_where_frames_take_too_much() {
-        let mut pace = BlockPacing::new(256.0 / 44_100.0, true);
+        let mut pace = BlockPacing::new(256.0 / 44_100.0, true, 1);
         let mut run = |work: u32| {
             for _ in 0..400 {
                 let work = work / pace.exact_every();
@@ -283,7 +286,7 @@ mod tests {
         let block_s = 256.0 / 44_100.0;
         let mut most = Vec::new();
         for voices in [0, 660, 900, 1_400, 10_000] {
-            let mut pace = BlockPacing::new(block_s, true);
+            let mut pace = BlockPacing::new(block_s, true, 1);
             spread_beside(&mut pace, 18_000, voices);
             most.push(spread_beside(&mut pace, 18_000, voices).1);
         }

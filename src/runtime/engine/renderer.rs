@@ -194,6 +194,7 @@ impl Renderer {
             pacing: BlockPacing::new(
                 settings.block_frames as f64 / f64::from(settings.generation.rate_hz),
                 settings.even_blocks,
+                settings.generation.listeners,
             ),
             output_change: None,
             frame_in_progress: false,
