@@ -200,6 +200,59 @@ fn a_second_listener_hardly_changes_the_first() {
     );
 }
 
+/// Each of three and four listeners is nearer to what it hears alone than to what any other does: by 10 dB at least.
+#[test]
+fn three_and_four_listeners_hear_what_each_hears_alone() {
+    let at = |listener: usize, frame: usize| {
+        let walk = procedural::doorway().walk;
+        let share = 0.1 + 0.25 * listener as f32 + 0.001 * frame.min(30) as f32;
+        ListenerPose::facing(walk.from.lerp(walk.to, share), 1.3 * listener as f32)
+    };
+    for count in [3, 4] {
+        let mut together = engine(count, Layout::Stereo);
+        let mut alone: Vec<_> = (0..count).map(|_| engine(1, Layout::Stereo)).collect();
+        let (mut own, mut other) = (vec![0.0f64; count], vec![0.0f64; count]);
+        for frame in 0..75 {
+            for listener in 1..count {
+                let set = together.0.set_listener(listener, at(listener, frame));
+                set.expect("is there");
+            }
+            together.0.tick(at(0, frame), &[]).expect("a good pose");
+            let mut all = vec![0.0; 2 * BLOCK * count];
+            together.1.render_listeners(&mut all);
+            let mut single = vec![0.0; 2 * BLOCK * count];
+            let parts = single.chunks_exact_mut(2 * BLOCK);
+            for ((listener, (controller, renderer)), part) in
+                alone.iter_mut().enumerate().zip(parts)
+            {
+                let pose = at(listener, frame);
+                controller.tick(pose, &[]).expect("a good pose");
+                renderer.render(part);
+            }
+            if frame < 45 {
+                continue;
+            }
+            let distance = |a: usize, b: usize| -> f64 {
+                let [a, b] = [&all[2 * BLOCK * a..], &single[2 * BLOCK * b..]];
+                let pairs = a.iter().zip(b).take(2 * BLOCK);
+                pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum()
+            };
+            for listener in 0..count {
+                own[listener] += distance(listener, listener);
+                let others = (0..count).filter(|other| *other != listener);
+                other[listener] += others
+                    .map(|other| distance(listener, other))
+                    .fold(f64::MAX, f64::min);
+            }
+        }
+        for listener in 0..count {
+            let share = own[listener] / other[listener];
+            println!("{count} listeners, {listener}: {share:.4}");
+            assert!(share < 0.1, "{count} listeners, {listener}: {share}");
+        }
+    }
+}
+
 #[test]
 fn wrong_listeners_are_refused() {
     let (mut controller, mut renderer) = engine(2, Layout::Stereo);

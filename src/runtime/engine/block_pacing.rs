@@ -25,11 +25,14 @@ const MAX_SHARE: f64 = 0.12;
 
 /// A frame may use the rest of a block beside voices, between [`MIN_SHARE`] and [`MAX_SHARE`]. Fractions of the period on a
 /// desktop's core: target of the whole block, fixed part, and one voice (`soak` on a Xeon of 2.6 GHz under load).
-/// Beyond 660 voices frames are delayed.
+/// Beyond 660 voices frames are delayed. All but the fixed part hold for each listener, up to [`MOST_SHARE`] for all.
 const FULL_SHARE: f64 = 0.26;
 const SOURCES_SHARE: f64 = 0.04;
 const VOICE_SHARE: f64 = 1.5e-4;
 const MIN_SHARE: f64 = 0.015;
+
+/// Greatest target of the whole block, whatever the number of listeners.
+const MOST_SHARE: f64 = 0.6;
 
 /// Share of a core that graphics frames may take: with more work, paths are evaluated less often, down to one graphics frame
 /// in [`MAX_EXACT_EVERY`].
@@ -67,7 +70,7 @@ pub fn ramp_frames(frame_s: f64, rate_hz: u32, block_frames: usize) -> u32 {
 pub(crate) struct BlockPacing {
     block_s: f64,
     is_even: bool,
-    at_once: u32,
+    listeners: u32,
     /// Blocks over which a frame is spread, and those begun.
     blocks: u32,
     block: u32,
@@ -83,13 +86,13 @@ pub(crate) struct BlockPacing {
 }
 
 impl BlockPacing {
-    /// For blocks of `block_s` and so many listeners, with whom the first frame after silence is as soon complete as with one;
-    /// without `is_even` a frame is done in one block.
+    /// For blocks of `block_s` and so many listeners, with whom a frame is as soon complete as with one; without `is_even` a frame
+    /// is done in one block.
     pub(crate) fn new(block_s: f64, is_even: bool, listeners: usize) -> Self {
         Self {
             block_s,
             is_even,
-            at_once: AT_ONCE * listeners as u32,
+            listeners: listeners as u32,
             blocks: 1,
             block: 0,
             frame_work: 0,
@@ -134,9 +137,12 @@ impl BlockPacing {
             return WorkBudget::boundless();
         }
         let even = SPARE * share * f64::from(self.peak_work) / f64::from(self.blocks);
-        let left = FULL_SHARE - SOURCES_SHARE - VOICE_SHARE * f64::from(voices);
-        let most = share * left.clamp(MIN_SHARE, MAX_SHARE) * self.block_s / UNIT_S;
-        WorkBudget::of((even.min(most) as u32).max(self.at_once))
+        let listeners = f64::from(self.listeners);
+        let full = (FULL_SHARE * listeners).min(MOST_SHARE);
+        let left = full - SOURCES_SHARE - VOICE_SHARE * f64::from(voices);
+        let left = left.clamp(MIN_SHARE * listeners, MAX_SHARE * listeners);
+        let most = share * left * self.block_s / UNIT_S;
+        WorkBudget::of((even.min(most) as u32).max(AT_ONCE * self.listeners))
     }
 
     /// Adds the work of a block.
@@ -279,6 +285,20 @@ mod tests {
         assert_eq!(run(24_000), 2);
         assert_eq!(run(90_000), MAX_EXACT_EVERY);
         assert_eq!(run(4_000), 1);
+    }
+
+    /// Two listeners have twice the work and twice the voices: their frames take as many blocks.
+    #[test]
+    fn frames_of_two_listeners_are_as_soon_complete() {
+        let block_s = 256.0 / 44_100.0;
+        for (work, voices) in [(500, 0), (6_000, 100), (12_000, 600), (18_000, 1_000)] {
+            let [alone, both] = [1, 2].map(|listeners| {
+                let mut pace = BlockPacing::new(block_s, true, listeners as usize);
+                spread_beside(&mut pace, listeners * work, listeners * voices);
+                spread_beside(&mut pace, listeners * work, listeners * voices).0
+            });
+            assert!(both <= alone, "{work}: {both} blocks, alone {alone}");
+        }
     }
 
     #[test]
