@@ -7,7 +7,7 @@ use foresound::output::whole_file::WholeFile;
 use foresound::{Error, Result};
 use serde_json::json;
 
-use crate::inputs::{SceneArguments, bytes_text, keep_inputs, load_scene, print_notes};
+use crate::inputs::{SceneArguments, bytes_text, counted, keep_inputs, load_scene, print_notes};
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
@@ -50,7 +50,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         outln!("{value}");
     } else {
         let size = bytes_text(bytes.len());
-        outln!("{}: {triangles} triangles, {size}", out.display());
+        let triangles = counted(triangles, "triangle");
+        outln!("{}: {triangles}, {size}", out.display());
     }
     Ok(())
 }

@@ -144,8 +144,9 @@ pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<Loa
     let dropped = report.dropped_non_finite + report.dropped_degenerate + report.dropped_duplicate;
     if dropped > 0 {
         notes.push(format!(
-            "{}: dropped {} triangles that are not finite, {} without area, {} that are duplicates",
+            "{}: dropped {}: {} not finite, {} without area, {} twice",
             file.display(),
+            counted(dropped, "triangle"),
             report.dropped_non_finite,
             report.dropped_degenerate,
             report.dropped_duplicate
@@ -163,11 +164,11 @@ pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<Loa
         ));
     }
     verbosity::told(format_args!(
-        "{}: {} triangles, {} surfaces, {} edges that diffract, {}",
+        "{}: {}, {}, {}, {}",
         file.display(),
-        report.triangles,
-        scene.surfaces().len(),
-        scene.edges().len(),
+        counted(report.triangles, "triangle"),
+        counted(scene.surfaces().len(), "surface"),
+        counted(scene.edges().len(), "diffracting edge"),
         bytes_text(scene.memory_bytes())
     ));
     Ok(LoadedScene {

@@ -346,14 +346,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         outln!("{value}");
     } else {
         outln!(
-            "{}: {duration_s:.2} s, {layout}, {}, peak {}, {} paths, {} rays and {:.2} ms an update",
+            "{}: {duration_s:.2} s, {layout}, {}, peak {}, {}, {} and {:.2} ms an update",
             arguments.out.display(),
             counted(sounds.len(), "source"),
             levels
                 .peak_db()
                 .map_or("none".to_owned(), |db| format!("{db:.1} dB")),
-            median(&report.paths),
-            median(&report.rays),
+            counted(median(&report.paths) as usize, "path"),
+            counted(median(&report.rays) as usize, "ray"),
             median(&sps_ms)
         );
     }

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use super::schedules::{Cell, LevelOf, loaded};
 use super::updates;
 use super::walk::Walk;
-use crate::inputs::{predictor_named, within};
+use crate::inputs::{counted, predictor_named, within};
 use crate::printed;
 use crate::traces::write_trace;
 
@@ -236,6 +236,9 @@ fn requested_level(arguments: &Arguments, scene: &str, sources: usize) -> Result
     if SCENES.contains(&scene) && SOURCE_COUNTS.contains(&sources) {
         return Ok(Some(pace(platform, scene, sources).level));
     }
-    let problem = format!("the paper has no {scene} with {sources} sources");
+    let problem = format!(
+        "the paper has no {scene} with {}",
+        counted(sources, "source")
+    );
     Err(Error::setting("--level", problem, "give a number"))
 }

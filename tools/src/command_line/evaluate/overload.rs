@@ -18,6 +18,7 @@ use super::figures::{figure, read_ears};
 use super::plan::{Part, Unit};
 use super::stage::RATE_HZ;
 use super::unit::{UnitResult, both, heard_as, wav_file};
+use crate::inputs::counted;
 use crate::session::median;
 
 /// The paper's scene and number of sources; fewer if a run has no more.
@@ -135,8 +136,10 @@ fn picture(
     let [from, to] = SHOWN_S.map(|s| (s * f64::from(RATE_HZ)) as usize);
     let cut = |ears| both(ears).map(|ear| &ear[from.min(ear.len())..to.min(ear.len())]);
     let caption = format!(
-        "{}, {} sources, {schedule}, updates of {PICTURED} frame times, from {} s",
-        unit.scene, unit.sources, SHOWN_S[0]
+        "{}, {}, {schedule}, updates of {PICTURED} frame times, from {} s",
+        unit.scene,
+        counted(unit.sources, "source"),
+        SHOWN_S[0]
     );
     let title = "Figure 8: playback under overload";
     let spectrograms = SpectrogramFigure {
@@ -164,8 +167,9 @@ fn listening(out: &Path, unit: &Unit, repeated: &[Vec<f32>; 2]) -> Result<Listen
     let file = |name: &str| wav_file(Path::new(""), unit, name).display().to_string();
     Ok(Listening {
         title: format!(
-            "Overload: {}, {} sources, updates of {PICTURED} frame times, {AHEAD} blocks ahead",
-            unit.scene, unit.sources
+            "Overload: {}, {}, updates of {PICTURED} frame times, {AHEAD} blocks ahead",
+            unit.scene,
+            counted(unit.sources, "source")
         ),
         files: vec![
             ("synchronous, in time".to_owned(), file("reference")),

@@ -15,7 +15,7 @@ use glam::Vec3;
 
 use super::Arguments;
 use crate::assets::sound;
-use crate::inputs::{SceneArguments, load_scene, print_notes};
+use crate::inputs::{SceneArguments, counted, load_scene, print_notes};
 
 /// Sample rate of all sounds.
 pub(super) const RATE_HZ: u32 = 44_100;
@@ -63,8 +63,8 @@ pub(super) fn stage(named: &str, intake: &SceneArguments, needs_floor: bool) -> 
     if sources.is_empty() || walk.is_none() {
         let found = open_space(&loaded.scene, MAX_SOURCES)?;
         if sources.is_empty() {
-            let count = found.sources.len();
-            print_notes(&[format!("{named}: {count} sources laid out in open space")]);
+            let count = counted(found.sources.len(), "source");
+            print_notes(&[format!("{named}: {count} laid out in open space")]);
             sources = found.sources;
         }
         walk.get_or_insert_with(|| {
