@@ -215,13 +215,10 @@ impl Extrapolator {
             let Some(pose) = sources.iter().find(|pose| pose.id == *id) else {
                 continue;
             };
-            let source = WideSource {
-                pose,
-                points,
-                min_distance_m: pose.settings.min_distance_m(self.min_distance_m) as f32,
-                speed_m_s: self.scenes.current().speed_of_sound_m_s(),
-                listener: listener.position,
-            };
+            let min_distance_m = pose.settings.min_distance_m(self.min_distance_m);
+            let speed_m_s = self.scenes.current().speed_of_sound_m_s();
+            let at = listener.position;
+            let source = WideSource::new(pose, points, at, [min_distance_m, speed_m_s]);
             let widened = source.widen(&mut result.paths, &mut result.wide);
             budget.spend(cost::WIDENED * widened + result.paths.len() / cost::SORTED);
         }

@@ -14,7 +14,7 @@ use glam::Vec3;
 
 use super::frame::{FramePath, PathKind, WideArrival};
 use crate::propagation::diffraction::PointImage;
-use crate::scene::SourcePose;
+use crate::scene::{MAX_EXTENT_POINTS, SourcePose};
 
 /// Most reflections of a source that have an image of their own width: the floor and two walls. The nearest count.
 pub(crate) const MAX_WIDE_REFLECTIONS: usize = 3;
@@ -25,15 +25,39 @@ const LEAST_WIDTH: f32 = 0.035;
 /// A wide source in a graphics frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct WideSource<'a> {
-    pub(super) pose: &'a SourcePose,
-    pub(super) points: &'a PointImage,
+    pose: &'a SourcePose,
+    /// From the centre to each point.
+    offsets: [Vec3; MAX_EXTENT_POINTS],
+    count: usize,
     /// Distance in metres below which the level of a point source of these settings is constant.
-    pub(super) min_distance_m: f32,
-    pub(super) speed_m_s: f64,
-    pub(super) listener: Vec3,
+    min_distance_m: f32,
+    speed_m_s: f64,
+    listener: Vec3,
 }
 
-impl WideSource<'_> {
+impl<'a> WideSource<'a> {
+    /// A source with points, for a listener.
+    pub(super) fn new(
+        pose: &'a SourcePose,
+        points: &PointImage,
+        listener: Vec3,
+        [min_distance_m, speed_m_s]: [f64; 2],
+    ) -> Self {
+        let (mut offsets, mut count) = ([Vec3::ZERO; MAX_EXTENT_POINTS], 0);
+        for (offset, (point, _)) in offsets.iter_mut().zip(points.points()) {
+            *offset = point - pose.position;
+            count += 1;
+        }
+        Self {
+            pose,
+            offsets,
+            count,
+            min_distance_m: min_distance_m as f32,
+            speed_m_s,
+            listener,
+        }
+    }
+
     /// Gives the source's reflections the mean level of all points, and the nearest ones their width; returns their number.
     pub(super) fn widen(&self, paths: &mut [FramePath], wide: &mut Vec<WideArrival>) -> usize {
         let mut widened = 0;
@@ -60,10 +84,8 @@ impl WideSource<'_> {
         (path.delay_s * self.speed_m_s) as f32
     }
 
-    /// From the centre to each point.
-    fn offsets(&self) -> impl Iterator<Item = Vec3> {
-        let centre = self.pose.position;
-        self.points.points().map(move |(point, _)| point - centre)
+    fn offsets(&self) -> &[Vec3] {
+        &self.offsets[..self.count]
     }
 
     /// Mean semi-axis in metres.
@@ -76,10 +98,14 @@ impl WideSource<'_> {
     fn gain(&self, path: &FramePath) -> f32 {
         let length_m = self.length_m(path);
         let listener_image = path.departure * length_m;
-        let count = self.points.points().count() as f32;
+        let count = self.count as f32;
         let least_m = self.min_distance_m.max(self.mean_m() * (PI / count).sqrt());
-        let energy = |offset: Vec3| offset.distance(listener_image).max(least_m).powi(-2);
-        let mean = self.offsets().map(energy).sum::<f32>() / count;
+        let least_square = least_m * least_m;
+        let mut sum = 0.0;
+        for offset in self.offsets() {
+            sum += 1.0 / offset.distance_squared(listener_image).max(least_square);
+        }
+        let mean = sum / count;
         let gain = mean.sqrt() * length_m.max(self.min_distance_m);
         if gain.is_finite() { gain } else { 1.0 }
     }
@@ -103,7 +129,7 @@ impl WideSource<'_> {
         }
         let image = self.listener + path.arrival * length_m;
         let normal = (image - self.pose.position).try_normalize()?;
-        let mirrored = self.offsets().map(|offset| {
+        let mirrored = self.offsets().iter().map(|&offset| {
             let position = image + offset - 2.0 * offset.dot(normal) * normal;
             let squared = position.distance_squared(self.listener);
             (position, squared.max(self.min_distance_m.powi(2)).recip())

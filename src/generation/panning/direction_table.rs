@@ -255,21 +255,15 @@ impl DirectionTable {
 
     /// Energy of a reading.
     fn energy(&self, reading: &[F32x8]) -> f32 {
-        let lanes = reading.iter().flat_map(|group| group.0);
         match &self.energy {
-            Energy::Squares(count) => lanes.take(*count).map(|lane| lane * lane).sum(),
+            Energy::Squares(count) => {
+                let lanes = reading.iter().flat_map(|group| group.0);
+                lanes.take(*count).map(|lane| lane * lane).sum()
+            }
             Energy::Filtered(products) => {
-                let rows = products.chunks_exact(self.groups);
-                let of_row = |(weight, row): (f32, &[F32x8])| {
-                    let mut sum = F32x8::ZERO;
-                    for (product, other) in row.iter().zip(reading) {
-                        for (sum, part) in sum.0.iter_mut().zip(product.0.iter().zip(other.0)) {
-                            *sum += part.0 * part.1;
-                        }
-                    }
-                    weight * sum.sum()
-                };
-                lanes.zip(rows).map(of_row).sum()
+                let mut sums = F32x8::ZERO;
+                quadratic(self.set, products, reading, &mut sums);
+                sums.sum()
             }
         }
     }
@@ -365,6 +359,25 @@ kernel! {
             let sum = L::from_array(c[group]).mul_add(shares[2], sum);
             weights[group] = L::from_array(d[group]).mul_add(shares[3], sum).to_array();
         }
+    }
+}
+
+kernel! {
+    /// A reading times the products of the filters with each other times the reading, as sums of lanes.
+    fn quadratic<L>(products: &[F32x8], reading: &[F32x8], sums: &mut F32x8) {
+        let groups = reading.len();
+        let mut total = L::splat(0.0);
+        for (group, own) in reading.iter().enumerate() {
+            let mut sum = L::splat(0.0);
+            for (lanes, rows) in reading.iter().zip(products.chunks_exact(LANES * groups)) {
+                let weights = L::splat_each(*lanes);
+                for (lane, weight) in weights.into_iter().enumerate() {
+                    sum = L::from_array(rows[groups * lane + group]).mul_add(weight, sum);
+                }
+            }
+            total = L::from_array(*own).mul_add(sum, total);
+        }
+        *sums = total.to_array();
     }
 }
 

@@ -58,6 +58,43 @@ fn weights_are_the_weighted_sum_of_the_grid_points() {
     }
 }
 
+/// The energy of a reading is the double sum over its weights and the products of their filters.
+#[test]
+fn quadratic_forms_are_double_sums() {
+    let value = |n: usize| ((n * 37 + 11) % 101) as f32 / 101.0 - 0.4;
+    let block = |n: usize| F32x8(std::array::from_fn(|lane| value(LANES * n + lane)));
+    for groups in 1..=3 {
+        let reading: Vec<F32x8> = (0..groups).map(|n| block(n + 50)).collect();
+        let products: Vec<F32x8> = (0..LANES * groups * groups).map(block).collect();
+        let with = |set: LaneSet| {
+            let mut sums = F32x8::ZERO;
+            quadratic(set, &products, &reading, &mut sums);
+            sums
+        };
+        for set in LaneSet::vector_units() {
+            assert_eq!(with(set), with(LaneSet::Fused), "{set:?}");
+        }
+        let weight = |n: usize| f64::from(reading[n / LANES].0[n % LANES]);
+        let product = |a: usize, b: usize| {
+            let row = &products[groups * a..][..groups];
+            f64::from(row[b / LANES].0[b % LANES])
+        };
+        let all = 0..LANES * groups;
+        let pairs = all.clone().flat_map(|a| all.clone().map(move |b| (a, b)));
+        let exact: f64 = pairs
+            .map(|(a, b)| weight(a) * product(a, b) * weight(b))
+            .sum();
+        for found in [with(LaneSet::best()), with(LaneSet::Portable)] {
+            // 576 roundings of sums below a hundred.
+            let error = (f64::from(found.sum()) - exact).abs();
+            assert!(
+                error < 576.0 * 100.0 * f64::from(f32::EPSILON / 2.0),
+                "{error}"
+            );
+        }
+    }
+}
+
 /// Directions all around, none of them a grid point.
 fn directions() -> impl Iterator<Item = Vec3> {
     (0..2000).map(|n| {
