@@ -10,7 +10,9 @@ use foresound::runtime::budget::QUALITY_LEVELS;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 /// Languages of code blocks.
-const LANGUAGES: [&str; 7] = ["c", "kotlin", "rust", "sh", "text", "toml", "csharp"];
+const LANGUAGES: [&str; 8] = [
+    "c", "kotlin", "rust", "sh", "text", "toml", "csharp", "gdscript",
+];
 
 fn read(path: impl AsRef<Path>) -> String {
     let path = Path::new(ROOT).join(path);
@@ -41,6 +43,7 @@ fn pages() -> Vec<PathBuf> {
         "CHANGELOG.md",
         "android/README.md",
         "integrations/README.md",
+        "integrations/godot/README.md",
         "tools/README.md",
         "docs/src/SUMMARY.md",
     ] {
@@ -142,9 +145,13 @@ fn code_is_that_of_the_files_that_are_compiled() {
             }
         }
     }
-    // Bevy's example is compiled with the tests of its workspace, the others by check.sh.
-    let (bevy, others) = files.split_first().expect("files");
+    // Bevy's example is compiled with the tests of its workspace, Godot's runs in its check, the others are compiled by check.sh.
+    let [bevy, c, kotlin, godot] = files.as_slice() else {
+        panic!("{files:?}");
+    };
     assert_eq!(bevy, "integrations/bevy/examples/first_sound.rs");
+    assert_eq!(godot, "integrations/godot/project/first_sound.gd");
+    let others = [c, kotlin];
     assert_eq!(others, ["android/c/first.c", "android/jvm/FirstSound.kt"]);
     let check = read("android/check.sh");
     assert!(others.iter().all(|file| check.contains(file.as_str())));
