@@ -3,7 +3,7 @@
 //! The listener walks by itself until an arrow key is pressed: up and down walk, left and right turn. A line is a path from a source
 //! to the listener: white is direct, yellow, orange and red have one, two and more reflections, blue goes around an edge; faint is
 //! quiet. Without a sound device it is silent, and draws the same. `--screenshot FILE.png SECONDS` saves the window after a
-//! while and ends.
+//! while and ends; the picture is black while Bevy still compiles its shaders, which takes tens of seconds in software.
 
 mod hall;
 mod walk;
