@@ -20,7 +20,7 @@ const PATH_BYTES: usize = 230;
 /// Further bytes of one whose candidates the geometric predictor keeps.
 const CANDIDATE_BYTES: usize = 4300;
 /// Bytes of a source besides its slot.
-const SOURCE_BYTES: usize = 420;
+const SOURCE_BYTES: usize = 820;
 /// Bytes of a span in the rings of three threads.
 const SPAN_BYTES: usize = 96;
 
