@@ -32,8 +32,8 @@ impl LineLengths {
     }
 
     /// Adds to `longer` a line for every source that an update has too long a path for, or late energy, up to
-    /// [`MOST_AT_ONCE`]. An update has a set of paths for each listener. Of slots that stay too short the next update
-    /// thinks again.
+    /// [`MOST_AT_ONCE`]. An update has a set of paths for each listener. Lines that stay too short are considered again with
+    /// the next update.
     pub(crate) fn grow<'a>(
         &mut self,
         updates: impl Iterator<Item = &'a PathSet>,
