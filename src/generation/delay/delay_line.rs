@@ -108,25 +108,6 @@ impl DelayLine {
         }
     }
 
-    /// Takes the sound of a line that is not longer, as of the position `now` that is written next.
-    pub(crate) fn continue_from(&mut self, before: &Self, now: i64) {
-        self.sound_end = before.sound_end;
-        if before.is_empty(now) {
-            return;
-        }
-        let next = now.div_euclid(TILE as i64);
-        for number in next + 1 - before.tiles.len() as i64..=next {
-            let [from, to] =
-                [before, &*self].map(|line| number.rem_euclid(line.tiles.len() as i64));
-            self.tiles[to as usize] = before.tiles[from as usize];
-        }
-    }
-
-    /// Whether this line is longer than another.
-    pub(crate) fn is_longer_than(&self, other: &Self) -> bool {
-        self.tiles.len() > other.tiles.len()
-    }
-
     /// Whether the line is silent.
     pub(crate) fn is_empty(&self, now: i64) -> bool {
         now - self.sound_end > (self.tiles.len() * TILE + CHUNK) as i64
@@ -258,33 +239,6 @@ mod tests {
             now += 100;
         }
         assert!(line.tiles.iter().all(|tile| *tile == [F32x8::ZERO; BANDS]));
-    }
-
-    #[test]
-    fn a_longer_line_goes_on_with_the_sound_of_a_shorter_one() {
-        let frames = |from: i64, count: usize| -> Vec<F32x8> {
-            (from..)
-                .take(count)
-                .map(|n| F32x8::splat(n as f32))
-                .collect()
-        };
-        for (first, before, after) in [(-7, 300, 900), (1000, 900, 901), (4003, 300, 5000)] {
-            let mut shorter = DelayLine::new(before);
-            let mut now: i64 = first;
-            for _ in 0..20 {
-                shorter.write(now, &frames(now, 101));
-                now += 101;
-            }
-            let mut line = DelayLine::new(after);
-            line.continue_from(&shorter, now);
-            line.write(now, &frames(now, 50));
-            for back in 1..before as i64 {
-                let (lane, parts) = line.tiles(now - back, 1);
-                let tile = parts.into_iter().flatten().next().expect("one");
-                assert_eq!(tile[band_index(2)].0[lane], (now - back) as f32);
-            }
-            assert!(!line.is_silent_from(now + 49) && line.is_silent_from(now + 50));
-        }
     }
 
     #[test]
