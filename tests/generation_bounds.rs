@@ -9,7 +9,9 @@ use foresound::scene::SourceId;
 use glam::{Quat, Vec3};
 
 mod reference;
-use reference::generators::{RAMP, busy, energy, frame, generator, noise, path, settings, tone};
+use reference::generators::{
+    RAMP, busy, energy, frame, generator, largest_step, noise, path, settings, tone,
+};
 use reference::synthetic_hrtf;
 
 /// Sound of [`busy`] with calls of the given sizes in turn; a frame every [`RAMP`].
@@ -447,6 +449,59 @@ fn a_reused_slot_does_not_play_its_last_source() {
     generator.render(&[&[]], &mut output);
     // The old path has faded within the ramp and the ear's lag; filters behind the buses ring for their 128 taps.
     assert!(output[2 * 300..].iter().all(|&s| s.abs() < 1e-12));
+}
+
+#[test]
+fn a_new_owner_whose_sound_plays_already_begins_without_a_step() {
+    let mut generator = generator(settings(44_100));
+    let frames = 4 * RAMP as usize;
+    let mut output = vec![0.0; 2 * frames];
+    generator.set_frame(&frame(vec![path(1, 1.0, 0.01, Vec3::X)]), RAMP);
+    generator.render(&[&[]], &mut output);
+    // The new owner is hidden: it plays before a frame has a path of it, which is longer than the ramp.
+    // A quarter of a period early, so that the frame comes at a peak.
+    let sound = tone(150.0, 44_100.0, 73, 2 * frames);
+    generator.set_frame(&frame(Vec::new()), RAMP);
+    generator.render(&[&sound[..frames]], &mut output);
+    let next = FramePath {
+        source: SourceId::new(0, 1),
+        ..path(2, 1.0, 0.04, Vec3::X)
+    };
+    generator.set_frame(&frame(vec![next]), RAMP);
+    generator.render(&[&sound[frames..]], &mut output);
+    for channel in 0..2 {
+        let ear: Vec<f32> = output.iter().skip(channel).step_by(2).copied().collect();
+        assert!(energy(&ear) > 1.0);
+        // The slope of the tone at an ear, twice for the allpasses of the bands, and the fade's over 256 frames.
+        let steepest = 2.0 * std::f32::consts::TAU * 150.0 / 44_100.0 + 1.5 / 256.0;
+        let step = largest_step(&ear);
+        assert!(step < steepest, "{step} {steepest}");
+    }
+}
+
+#[test]
+fn a_path_shorter_than_the_filter_of_the_air_reads_nothing_that_is_not_written_yet() {
+    // Without Doppler shift the delay of a distant source is zero and its way through the air long.
+    let sound = |delay_s: f64| {
+        let mut generator = generator(settings(44_100));
+        let far = FramePath {
+            air_delay_s: 0.3,
+            ..path(1, 1.0, delay_s, Vec3::X)
+        };
+        let frame = FramePaths {
+            high_air_np_per_s: [30.0; 4],
+            ..frame(vec![far])
+        };
+        generator.set_frame(&frame, RAMP);
+        let input = noise(4 * RAMP as usize);
+        let mut output = vec![0.0; 2 * input.len()];
+        generator.render(&[&input], &mut output);
+        output
+    };
+    // The filter's delay of four frames is the shortest.
+    let shortest = sound(4.0 / 44_100.0);
+    assert!(energy(&shortest) > 1.0);
+    assert!(sound(0.0) == shortest, "the sounds differ");
 }
 
 #[test]

@@ -4,6 +4,7 @@
 //! [`Generator::render`]. They are wait-free: no allocation, lock, panic or clock. Input: [`FramePaths`] and one mono signal
 //! per source; output: interleaved channels and a [`BlockReport`].
 
+mod slot_input;
 mod source_buses;
 
 use std::ops::Range;
@@ -19,6 +20,7 @@ use crate::generation::bands::band_filter::SIGNALS;
 use crate::generation::bed::Bed;
 use crate::generation::delay::delay_line::DelayLine;
 use crate::generation::delay::interpolation::AHEAD;
+use crate::generation::generator::slot_input::{MAX_SAMPLE, SlotInput};
 use crate::generation::listener_output::{CommonInputs, ListenerOutput};
 use crate::generation::output_stage::OutputStage;
 use crate::generation::ramp::{Chunk, Chunks};
@@ -26,9 +28,6 @@ use crate::generation::render_context::SlotOwner;
 
 /// Longest block in audio frames whose sources are rendered apart.
 const MAX_BLOCK: usize = 4096;
-
-/// Input samples of at least this magnitude and NaN are replaced by zero: squares stay finite.
-const MAX_SAMPLE: f32 = 1e6;
 
 /// What all listeners have in common, borrowed field by field.
 macro_rules! common {
@@ -76,6 +75,7 @@ pub struct Generator {
     filters: Vec<BandFilter>,
     lines: Vec<DelayLine>,
     owners: Vec<SlotOwner>,
+    inputs: Vec<SlotInput>,
     /// By listener.
     outputs: Vec<ListenerOutput>,
     /// Audio frames since the start.
@@ -119,6 +119,7 @@ impl Generator {
                 .map(|_| DelayLine::new(max_delay as usize + block))
                 .collect(),
             owners: vec![SlotOwner::NONE; sources],
+            inputs: vec![SlotInput::default(); sources],
             outputs,
             now: 0,
             clean: std::array::from_fn(|_| vec![0.0; CHUNK]),
@@ -267,6 +268,7 @@ impl Generator {
             if owner.bits != bits {
                 if owner.bits.is_some() {
                     owner.since = self.now;
+                    self.inputs[id.slot()].begin();
                     self.filters[id.slot() / self.signals].reset(id.slot() % self.signals);
                 }
                 owner.bits = bits;
@@ -387,18 +389,12 @@ impl Generator {
         for (n, clean) in self.clean.iter_mut().enumerate().take(self.signals) {
             let input = inputs.get(n).and_then(|input| input.get(start..));
             let input = input.unwrap_or_default();
-            let clean = &mut clean[..frames];
-            clean[input.len().min(frames)..].fill(0.0);
-            let mut non_finite = 0;
-            let mut is_silent = true;
-            for (clean, &sample) in clean.iter_mut().zip(input) {
-                let is_sample = sample.abs() < MAX_SAMPLE;
-                *clean = if is_sample { sample } else { 0.0 };
-                is_silent &= *clean == 0.0;
-                non_finite += u32::from(!is_sample);
-            }
-            self.report.non_finite += non_finite;
-            sounding[n] |= !is_silent;
+            let Some(own) = self.inputs.get_mut(first + n) else {
+                continue;
+            };
+            let taken = own.take(input, &mut clean[..frames]);
+            self.report.non_finite += taken.non_finite;
+            sounding[n] |= !taken.is_silent;
         }
         if sounding.contains(&true) {
             let clean = self.clean.each_ref().map(|clean| &clean[..frames]);

@@ -96,10 +96,12 @@ impl CandidateSet {
         true
     }
 
-    /// Makes the visibility of all candidates unknown whose listener or source was put elsewhere: the next rays test them.
-    pub(crate) fn forget_visibility(&mut self, frame: u64, has_jumped: impl Fn(SourceId) -> bool) {
-        for (candidate, state) in self.candidates.iter().zip(&mut self.states) {
+    /// Forgets the past of all candidates whose listener or source was put elsewhere: the next rays test them, and a line
+    /// through evaluations at both places leads nowhere.
+    pub(crate) fn forget_past(&mut self, frame: u64, has_jumped: impl Fn(SourceId) -> bool) {
+        for (candidate, state) in self.candidates.iter_mut().zip(&mut self.states) {
             if has_jumped(candidate.path.source) {
+                candidate.line = None;
                 (state.tested, state.changed) = (None, frame);
             }
         }

@@ -48,7 +48,7 @@ use crate::extrapolation::geometric::source_poses::FrameSources;
 use crate::extrapolation::geometric::update_dating::ListenerHistory;
 use crate::extrapolation::geometric::visibility_scheduler::VisibilityScheduler;
 
-/// Distance in metres between two graphics frames from which the visibility of all paths is unknown: who moves is slower.
+/// Distance in metres between two graphics frames from which the past of all paths tells nothing: who moves is slower.
 const JUMP_M: f32 = 1.0;
 
 /// The inputs of one graphics frame.
@@ -228,7 +228,7 @@ impl GeometricPredictor {
         let source_jumped = self.sources.update(inputs, is_far);
         if listener_jumped || source_jumped {
             let sources = &self.sources;
-            self.set.forget_visibility(self.frame, |source| {
+            self.set.forget_past(self.frame, |source| {
                 listener_jumped || sources.get(source).is_some_and(|source| source.has_jumped)
             });
         }

@@ -282,9 +282,11 @@ impl Voice {
     }
 }
 
-/// Path delay in frames without that of the air's filter.
+/// Path delay in frames without that of the air's filter. A path shorter than the filter is late by the rest: what it would
+/// read is not written yet.
 fn filtered_delay(request: &VoiceRequest) -> f64 {
-    request.delay - request.air.map_or(0.0, |_| AIR_DELAY as f64)
+    let filter = request.air.map_or(0.0, |_| AIR_DELAY as f64);
+    (request.delay - filter).max(0.0)
 }
 
 /// Last position that a path with this delay reads at time `now`.
