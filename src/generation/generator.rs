@@ -15,6 +15,7 @@ use crate::extrapolation::FramePaths;
 use crate::simd::F32x8;
 
 use super::{BandCorrection, BandFilter, BlockReport, CHUNK, GeneratorSettings, Hrtf};
+use super::{LongerLine, first_longest_s};
 use crate::generation::bands::air_filter::AirFilter;
 use crate::generation::bands::band_filter::SIGNALS;
 use crate::generation::bed::Bed;
@@ -26,9 +27,6 @@ use crate::generation::output_stage::OutputStage;
 use crate::generation::ramp::{Chunk, Chunks};
 use crate::generation::render_context::SlotOwner;
 
-/// Longest block in audio frames whose sources are rendered apart.
-const MAX_BLOCK: usize = 4096;
-
 /// What all listeners have in common, borrowed field by field.
 macro_rules! common {
     ($generator:ident) => {
@@ -37,7 +35,7 @@ macro_rules! common {
             air: &$generator.air,
             owners: &$generator.owners,
             rate_hz: $generator.rate_hz,
-            max_delay: $generator.max_delay,
+            longest_s: &$generator.longest_s,
             now: $generator.now,
         }
     };
@@ -65,7 +63,6 @@ macro_rules! common {
 #[derive(Debug)]
 pub struct Generator {
     rate_hz: f64,
-    max_delay: f64,
     /// Channels of the output.
     channels: usize,
     correction: BandCorrection,
@@ -74,6 +71,8 @@ pub struct Generator {
     signals: usize,
     filters: Vec<BandFilter>,
     lines: Vec<DelayLine>,
+    /// Longest path of each line in seconds.
+    longest_s: Vec<f64>,
     owners: Vec<SlotOwner>,
     inputs: Vec<SlotInput>,
     /// By listener.
@@ -94,20 +93,26 @@ impl Generator {
     /// Errors: [`Error::Setting`](crate::Error::Setting) for a setting out of range, or an HRTF set with a different sample
     /// rate.
     pub fn new(settings: GeneratorSettings, hrtf: Arc<Hrtf>) -> Result<Self> {
+        let longest_s = settings.max_delay_s;
+        Self::with_lines(settings, hrtf, longest_s)
+    }
+
+    /// [`Self::new`] with short delay lines; [`Self::exchange_line`] brings longer ones.
+    pub(crate) fn with_short_lines(settings: GeneratorSettings, hrtf: Arc<Hrtf>) -> Result<Self> {
+        let longest_s = first_longest_s(&settings);
+        Self::with_lines(settings, hrtf, longest_s)
+    }
+
+    fn with_lines(settings: GeneratorSettings, hrtf: Arc<Hrtf>, longest_s: f64) -> Result<Self> {
         settings.check()?;
         let output = |_| ListenerOutput::new(&settings, &hrtf);
         let outputs = (0..settings.listeners).map(output).collect::<Result<_>>()?;
         let channels = settings.output_channels();
         let rate_hz = f64::from(settings.rate_hz);
-        let max_delay = (settings.max_delay_s * rate_hz).ceil();
         let sources = settings.max_sources;
-        let (signals, block) = match settings.source_buses {
-            true => (1, MAX_BLOCK),
-            false => (SIGNALS, 0),
-        };
+        let signals = if settings.source_buses { 1 } else { SIGNALS };
         Ok(Self {
             rate_hz,
-            max_delay,
             channels,
             correction: BandCorrection::new(settings.rate_hz),
             air: AirFilter::new(settings.rate_hz),
@@ -116,8 +121,9 @@ impl Generator {
                 .map(|_| BandFilter::new(settings.rate_hz))
                 .collect(),
             lines: (0..sources)
-                .map(|_| DelayLine::new(max_delay as usize + block))
+                .map(|slot| LongerLine::new(slot, longest_s, &settings).line)
                 .collect(),
+            longest_s: vec![longest_s; sources],
             owners: vec![SlotOwner::NONE; sources],
             inputs: vec![SlotInput::default(); sources],
             outputs,
@@ -131,6 +137,20 @@ impl Generator {
     /// Channels of the output; constant.
     pub fn channels(&self) -> usize {
         self.channels
+    }
+
+    /// Goes on with a longer delay line of a slot, and gives the shorter one in its place; leaves one that is not longer.
+    /// Real-time: copies the line's sound.
+    pub(crate) fn exchange_line(&mut self, longer: &mut LongerLine) {
+        let Some(line) = self.lines.get_mut(longer.slot) else {
+            return;
+        };
+        if !longer.line.is_longer_than(line) {
+            return;
+        }
+        longer.line.continue_from(line, self.now);
+        std::mem::swap(line, &mut longer.line);
+        self.longest_s[longer.slot] = longer.longest_s;
     }
 
     /// Renders each listener by another stage from the next frame on: all paths start in it and fade out in the present one. Only

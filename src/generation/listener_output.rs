@@ -26,7 +26,8 @@ pub(crate) struct CommonInputs<'a> {
     pub(crate) air: &'a AirFilter,
     pub(crate) owners: &'a [SlotOwner],
     pub(crate) rate_hz: f64,
-    pub(crate) max_delay: f64,
+    /// Longest path in seconds, by source slot.
+    pub(crate) longest_s: &'a [f64],
     pub(crate) now: i64,
 }
 
@@ -41,7 +42,7 @@ macro_rules! context {
             wide: &$frame.wide,
             to_head: orientation(&$frame.orientation).conjugate(),
             rate_hz: $common.rate_hz,
-            max_delay: $common.max_delay,
+            longest_s: $common.longest_s,
             now: $common.now,
             left: $left,
             ramp: $ramp,
@@ -140,7 +141,7 @@ impl ListenerOutput {
         let stage = self.next_stage.as_mut().unwrap_or(&mut self.stage);
         let context = context!(common, self.left, stage.table, frame, 1);
         let voices = &mut stage.voices;
-        voices.prepare_paths(&frame.paths, common.owners, &context, most)
+        voices.prepare_paths(&frame.paths, &context, most)
     }
 
     /// See [`super::Generator::set_prepared_frame`].
@@ -174,7 +175,7 @@ impl ListenerOutput {
             wide: &[],
             to_head: Quat::IDENTITY,
             rate_hz: common.rate_hz,
-            max_delay: common.max_delay,
+            longest_s: common.longest_s,
             now: common.now,
             left: self.left,
             ramp: self.left.max(CHUNK as u32),
@@ -212,8 +213,7 @@ impl ListenerOutput {
         self.rotation.set_orientation(to_head, ramp);
         if let Some(late) = &mut self.late {
             self.stage.set_orientation(to_head, self.left, ramp);
-            let max_delay = common.max_delay as i64;
-            late.set_frame(frame, max_delay, common.correction, self.left, ramp);
+            late.set_frame(frame, common.longest_s, common.correction, self.left, ramp);
         }
         self.left = ramp;
     }

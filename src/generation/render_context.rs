@@ -32,8 +32,8 @@ pub(crate) struct RenderContext<'a> {
     /// From world to head coordinates.
     pub(crate) to_head: Quat,
     pub(crate) rate_hz: f64,
-    /// Longest path delay in frames.
-    pub(crate) max_delay: f64,
+    /// Longest path delay in seconds, by source slot.
+    pub(crate) longest_s: &'a [f64],
     /// Time in frames.
     pub(crate) now: i64,
     /// Frames of the last ramp left.

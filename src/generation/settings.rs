@@ -7,6 +7,9 @@ use crate::generation::panning::layout::Layout;
 /// Most listeners.
 pub(crate) const MAX_LISTENERS: usize = 4;
 
+/// Longest block in audio frames whose sources are rendered apart.
+pub(crate) const MAX_BLOCK: usize = 4096;
+
 // Measured; `tools/tests/limits.rs` compares them with what is allocated.
 /// Bytes of a voice: weights of two ears, history, plan.
 const VOICE_BYTES: usize = 1900;
@@ -29,7 +32,8 @@ const FIXED_BYTES: usize = 3 << 20;
 pub struct GeneratorSettings {
     /// Sample rate in Hz, that of the HRTF set; 16,000 to 192,000.
     pub rate_hz: u32,
-    /// Source slots, 1 to 256. Each delay line takes 32 bytes × rate × `max_delay_s`; see [`Self::memory_bytes`].
+    /// Source slots, 1 to 256. Each delay line takes 32 bytes × rate × seconds, of at most `max_delay_s`: an engine's lines begin
+    /// with 0.3 s and grow with the paths. See [`Self::memory_bytes`].
     pub max_sources: usize,
     /// Most simultaneous paths, 1 to 16,384; the quietest beyond them are dropped and counted.
     pub max_voices: usize,
@@ -78,7 +82,12 @@ impl Default for GeneratorSettings {
 }
 
 impl GeneratorSettings {
-    /// Bytes of a generator, stated to a quarter.
+    /// Longest block in audio frames that reads a delay line after it has been written.
+    pub(crate) fn longest_block(&self) -> usize {
+        if self.source_buses { MAX_BLOCK } else { 0 }
+    }
+
+    /// Bytes of a generator with the longest delay lines, stated to a quarter.
     pub fn memory_bytes(&self) -> usize {
         let line_bytes = 32.0 * self.max_delay_s * f64::from(self.rate_hz);
         let bus_bytes = match self.source_buses {

@@ -115,7 +115,7 @@ const TABLE: [(&str, &str); 44] = [
     ),
     (
         "runtime::pipeline",
-        "extrapolation extrapolation::geometric geometry propagation propagation::propagator scene scene::committed",
+        "extrapolation extrapolation::geometric generation geometry propagation propagation::diffuse propagation::propagator scene scene::committed",
     ),
     ("runtime::phone", "runtime::budget"),
     ("runtime::threads", "error propagation"),

@@ -13,6 +13,15 @@ use crate::generation::CHUNK;
 /// Frames of a tile: the lanes.
 pub(crate) const TILE: usize = 8;
 
+/// Frames of the fade-in at the oldest end of a line's sound that a longer one takes over: no reader of the shorter one is there.
+const FADE_FRAMES: usize = CHUNK;
+
+/// Gain of a frame of that fade: cubic, with zero slope at both ends.
+fn fade_in(frame: usize) -> f32 {
+    let share = frame as f32 / FADE_FRAMES as f32;
+    share * share * (3.0 - 2.0 * share)
+}
+
 /// Eight frames of eight bands, each at its [`band_index`].
 pub(crate) type Tile = [F32x8; BANDS];
 
@@ -106,6 +115,33 @@ impl DelayLine {
             tiles,
             sound_end: i64::MIN / 2,
         }
+    }
+
+    /// Takes the sound of a line that is not longer, as of the position `now` that is written next. What is older than the line's
+    /// history fades in: later readers come from the silence before it.
+    pub(crate) fn continue_from(&mut self, before: &Self, now: i64) {
+        self.sound_end = before.sound_end;
+        if before.is_empty(now) {
+            return;
+        }
+        let next = now.div_euclid(TILE as i64);
+        let first = next + 1 - before.tiles.len() as i64;
+        for number in first..=next {
+            let [from, to] =
+                [before, &*self].map(|line| number.rem_euclid(line.tiles.len() as i64));
+            let mut tile = before.tiles[from as usize];
+            let age = (number - first) as usize * TILE;
+            if age < FADE_FRAMES {
+                let gains = F32x8(std::array::from_fn(|lane| fade_in(age + lane)));
+                tile = tile.map(|band| band * gains);
+            }
+            self.tiles[to as usize] = tile;
+        }
+    }
+
+    /// Whether this line is longer than another.
+    pub(crate) fn is_longer_than(&self, other: &Self) -> bool {
+        self.tiles.len() > other.tiles.len()
     }
 
     /// Whether the line is silent.
@@ -239,6 +275,52 @@ mod tests {
             now += 100;
         }
         assert!(line.tiles.iter().all(|tile| *tile == [F32x8::ZERO; BANDS]));
+    }
+
+    #[test]
+    fn a_longer_line_goes_on_with_the_sound_of_a_shorter_one() {
+        let frames = |from: i64, count: usize| -> Vec<F32x8> {
+            (from..)
+                .take(count)
+                .map(|n| F32x8::splat(n as f32))
+                .collect()
+        };
+        for (first, before, after) in [(-7, 300, 900), (1000, 900, 901), (4003, 300, 5000)] {
+            let mut shorter = DelayLine::new(before);
+            let mut now: i64 = first;
+            for _ in 0..20 {
+                shorter.write(now, &frames(now, 101));
+                now += 101;
+            }
+            let mut line = DelayLine::new(after);
+            line.continue_from(&shorter, now);
+            line.write(now, &frames(now, 50));
+            for back in 1..before as i64 {
+                let (lane, parts) = line.tiles(now - back, 1);
+                let tile = parts.into_iter().flatten().next().expect("one");
+                assert_eq!(tile[band_index(2)].0[lane], (now - back) as f32);
+            }
+            assert!(!line.is_silent_from(now + 49) && line.is_silent_from(now + 50));
+        }
+    }
+
+    #[test]
+    fn the_sound_that_a_longer_line_takes_over_begins_without_a_step() {
+        let mut shorter = DelayLine::new(900);
+        for chunk in 0..20 {
+            shorter.write(chunk * 100, &[F32x8::splat(1.0); 100]);
+        }
+        let mut line = DelayLine::new(5000);
+        line.continue_from(&shorter, 2000);
+        let value = |position: i64| {
+            let (lane, parts) = line.tiles(position, 1);
+            let tile = parts.into_iter().flatten().next().expect("one");
+            tile[band_index(5)].0[lane]
+        };
+        assert_eq!((value(0), value(1999)), (0.0, 1.0));
+        // The slope of the cubic is at most 3/2.
+        let step = 1.5 / FADE_FRAMES as f32 + f32::EPSILON;
+        assert!((0..1999).all(|at| (value(at + 1) - value(at)).abs() < step));
     }
 
     #[test]

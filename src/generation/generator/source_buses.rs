@@ -7,7 +7,8 @@
 //! afterwards. With several listeners a
 //! source's buffer has its sound at all of them. The sum of all buffers is the output of [`Generator::render`] before the limiter, up to rounding.
 
-use super::{Generator, MAX_BLOCK, MAX_SAMPLE};
+use super::{Generator, MAX_SAMPLE};
+use crate::generation::settings::MAX_BLOCK;
 use crate::generation::{Bed, BlockReport};
 
 impl Generator {

@@ -41,12 +41,12 @@ impl LateReverb {
         }
     }
 
-    /// Ramps to the groups and sends of a frame, with delays of at most `max_delay` frames; `left` frames of the last ramp
-    /// remain.
+    /// Ramps to the groups and sends of a frame, with delays of at most `longest_s` by source slot; `left` frames of
+    /// the last ramp remain.
     pub(crate) fn set_frame(
         &mut self,
         frame: &FramePaths,
-        max_delay: i64,
+        longest_s: &[f64],
         correction: &BandCorrection,
         left: u32,
         ramp: u32,
@@ -62,7 +62,7 @@ impl LateReverb {
             }
         }
         self.sends
-            .set_frame(frame, max_delay, correction, left, ramp);
+            .set_frame(frame, longest_s, correction, left, ramp);
     }
 
     /// Adds one source's sends for a chunk. Call for every source before [`Self::process`].

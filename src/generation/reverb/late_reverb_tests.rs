@@ -44,7 +44,7 @@ fn waves(frame: &FramePaths, inputs: &[&[f32]], seconds: f32) -> Vec<Vec<f32>> {
         .collect();
     let mut filters: Vec<_> = inputs.iter().map(|_| BandFilter::new(RATE_HZ)).collect();
     let correction = BandCorrection::new(RATE_HZ);
-    reverb.set_frame(frame, i64::from(RATE_HZ), &correction, 0, 1);
+    reverb.set_frame(frame, &vec![1.0; inputs.len()], &correction, 0, 1);
     let mut output = vec![Vec::new(); LINES];
     for now in (0..frames).step_by(CHUNK) {
         let chunk = ChunkSpan {
@@ -284,7 +284,7 @@ fn a_send_depends_only_on_its_frame() {
             let mut frame = frame(LateGroup::isotropic([1.0; BANDS]));
             frame.late[0].start_s = START_S + 1e-4 * start as f32;
             let correction = BandCorrection::none();
-            reverb.set_frame(&frame, i64::from(RATE_HZ), &correction, 0, 1);
+            reverb.set_frame(&frame, &[1.0], &correction, 0, 1);
         }
         reverb.sends.first()
     };
@@ -318,7 +318,7 @@ fn sends_that_jump_faster_than_they_fade_do_not_click() {
             frame.late.clear();
         }
         // Ramps of a tenth of a second and a frame per chunk.
-        reverb.set_frame(&frame, i64::from(RATE_HZ), &correction, left, 4410);
+        reverb.set_frame(&frame, &[1.0], &correction, left, 4410);
         left = 4410 - CHUNK as u32;
         let chunk = ChunkSpan {
             now,

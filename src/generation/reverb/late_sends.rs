@@ -125,11 +125,11 @@ impl LateSends {
         }
     }
 
-    /// Ramps to the sends of a frame, with delays of at most `max_delay` frames; `left` frames of the last ramp remain.
+    /// Ramps to the sends of a frame, with delays of at most `longest_s` by source slot; `left` frames of the last ramp remain.
     pub(crate) fn set_frame(
         &mut self,
         frame: &FramePaths,
-        max_delay: i64,
+        longest_s: &[f64],
         correction: &BandCorrection,
         left: u32,
         ramp: u32,
@@ -147,6 +147,9 @@ impl LateSends {
             }
             *count += 1;
             let decay_time_s = &frame.late_groups[group].decay_time_s;
+            let longest_s = longest_s.get(segment.source.slot()).copied();
+            let max_delay = longest_s.unwrap_or(0.0) * f64::from(self.receivers.rate_hz);
+            let max_delay = max_delay.ceil() as i64;
             let targets = self.targets(segment, step, decay_time_s, max_delay, correction);
             self.sends[index * LATE_SEGMENTS + step].retarget(&targets, left, ramp);
         }

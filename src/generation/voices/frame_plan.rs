@@ -89,18 +89,17 @@ impl FramePlan {
     pub(crate) fn resume(
         &mut self,
         paths: &[FramePath],
-        slots: usize,
         context: &RenderContext,
         most: usize,
     ) -> bool {
         let end = self.next.saturating_add(most).min(paths.len());
-        let longest_s = context.max_delay / context.rate_hz;
+        let longest_s = context.longest_s;
         if self.next == 0 && end > 0 {
             let ranking = &mut self.ranking;
-            self.keep = ranking.threshold(paths, slots, longest_s, self.max_voices);
+            self.keep = ranking.threshold(paths, longest_s, self.max_voices);
             self.fine = match self.max_fine >= self.max_voices {
                 true => self.keep,
-                false => ranking.threshold(paths, slots, longest_s, self.max_fine),
+                false => ranking.threshold(paths, longest_s, self.max_fine),
             };
         }
         let find = |path: &FramePath| context.table.find(context.to_head * path.arrival);
@@ -114,12 +113,14 @@ impl FramePlan {
             };
             let path = &paths[index];
             let id = path.id.0;
-            if !ranking::is_valid(path, slots) || self.last_id.is_some_and(|last| id <= last) {
+            if !ranking::is_valid(path, longest_s.len())
+                || self.last_id.is_some_and(|last| id <= last)
+            {
                 self.dropped.paths += 1;
                 continue;
             }
             self.last_id = Some(id);
-            if path.delay_s > longest_s {
+            if !ranking::fits(path, longest_s) {
                 self.dropped.delays += 1;
                 continue;
             }

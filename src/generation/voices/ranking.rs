@@ -26,8 +26,7 @@ impl Ranking {
     pub(crate) fn threshold(
         &mut self,
         paths: &[FramePath],
-        slots: usize,
-        longest_s: f64,
+        longest_s: &[f64],
         count: usize,
     ) -> u64 {
         if count == 0 {
@@ -41,7 +40,8 @@ impl Ranking {
         self.loudest.clear();
         for (index, path) in paths.iter().enumerate() {
             let rank = rank(path, index);
-            if rank < least || !is_valid(path, slots) || path.delay_s > longest_s {
+            let is_valid = is_valid(path, longest_s.len()) && fits(path, longest_s);
+            if rank < least || !is_valid {
                 continue;
             }
             self.loudest.push(rank);
@@ -72,6 +72,14 @@ pub(crate) fn is_valid(path: &FramePath, slots: usize) -> bool {
         && path.delay_s.is_finite()
         && path.arrival.is_finite()
         && path.amplitude.iter().all(|a| a.abs() <= MAX_AMPLITUDE)
+}
+
+/// Whether a valid path is no longer than its source's delay line, in seconds by slot.
+pub(crate) fn fits(path: &FramePath, longest_s: &[f64]) -> bool {
+    let slot = path.source.slot();
+    longest_s
+        .get(slot)
+        .is_some_and(|longest| path.delay_s <= *longest)
 }
 
 /// Rank of a path: by energy, then by index. The bits of non-negative energies sort as the energies.
@@ -116,12 +124,12 @@ mod tests {
         ranks.sort_unstable_by(|a, b| b.cmp(a));
         let mut ranking = Ranking::new(300);
         for count in [1, 2, 10, 150, 299, 300] {
-            let found = ranking.threshold(&paths, 4, 1.0, count);
+            let found = ranking.threshold(&paths, &[1.0; 4], count);
             assert_eq!(found, ranks[count - 1], "{count}");
         }
         // Fewer valid paths than the count; a count of zero; exactly as many paths as the count.
-        assert_eq!(ranking.threshold(&paths[..12], 4, 1.0, 10), 0);
-        assert_eq!(ranking.threshold(&paths, 4, 1.0, 0), u64::MAX);
-        assert_eq!(ranking.threshold(&paths[..10], 4, 1.0, 10), 0);
+        assert_eq!(ranking.threshold(&paths[..12], &[1.0; 4], 10), 0);
+        assert_eq!(ranking.threshold(&paths, &[1.0; 4], 0), u64::MAX);
+        assert_eq!(ranking.threshold(&paths[..10], &[1.0; 4], 10), 0);
     }
 }

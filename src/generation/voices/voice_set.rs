@@ -146,14 +146,13 @@ impl VoiceSet {
     pub(crate) fn prepare_paths(
         &mut self,
         paths: &[FramePath],
-        owners: &[SlotOwner],
         context: &RenderContext,
         most: usize,
     ) -> bool {
         if self.pending.len() > 0 {
             self.discard_paths();
         }
-        self.plan.resume(paths, owners.len(), context, most)
+        self.plan.resume(paths, context, most)
     }
 
     /// Applies a frame's paths and starts their voices.
@@ -166,8 +165,7 @@ impl VoiceSet {
         let sounding = self.count();
         let mut dropped = self.merge(paths, owners, context);
         let pending = self.pending.len();
-        let longest_s = context.max_delay / context.rate_hz;
-        let first = self.start_threshold(paths, owners.len(), longest_s, sounding);
+        let first = self.start_threshold(paths, context.longest_s, sounding);
         self.pending.in_order();
         let mut started = 0;
         while let Some(start) = self.pending.pop() {
@@ -238,7 +236,7 @@ impl VoiceSet {
         if self.pending.len() > 0 {
             self.discard_paths();
         }
-        self.plan.resume(paths, owners.len(), context, usize::MAX);
+        self.plan.resume(paths, context, usize::MAX);
         self.next_active.clear();
         let mut old = 0;
         for number in 0..self.plan.len() {
@@ -311,13 +309,7 @@ impl VoiceSet {
     /// Least rank of a path that may start a voice in this frame; `sounding` voices were active or fading before it.
     /// When all paths change, the quieter new ones wait until the old ones have faded: otherwise some blocks would render
     /// twice as many voices.
-    fn start_threshold(
-        &mut self,
-        paths: &[FramePath],
-        slots: usize,
-        longest_s: f64,
-        sounding: usize,
-    ) -> u64 {
+    fn start_threshold(&mut self, paths: &[FramePath], longest_s: &[f64], sounding: usize) -> u64 {
         let requested = paths.len().min(self.max_voices);
         let before = &self.next_active;
         let most = requested.max(before.len());
@@ -335,9 +327,7 @@ impl VoiceSet {
         if requested <= kept + free {
             return 0;
         }
-        self.plan
-            .ranking
-            .threshold(paths, slots, longest_s, kept + free)
+        self.plan.ranking.threshold(paths, longest_s, kept + free)
     }
 
     /// Retargets a path's voice to the plan; if the delay jumps or the owner differs, fades it and returns false.

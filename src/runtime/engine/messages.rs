@@ -6,7 +6,7 @@ use std::time::Instant;
 use crate::extrapolation::{
     Extrapolator, PredictorKind, PredictorState, PreparedUpdate, ScenePair,
 };
-use crate::generation::OutputStage;
+use crate::generation::{LongerLine, OutputStage};
 use crate::propagation::{MAX_ORDER, PathSet};
 use crate::runtime::budget::Budget;
 use crate::runtime::pipeline::pose_history::PoseHistory;
@@ -104,7 +104,9 @@ pub(super) struct UpdateMessage {
     pub(super) scenes: Option<ScenePair>,
     /// Another predictor, used from this update on.
     pub(super) predictor: Option<PredictorState>,
-    /// The same for further listeners.
+    /// Delay lines for paths that are longer than those of their source so far.
+    pub(super) lines: Vec<LongerLine>,
+    /// Paths and replacements for further listeners.
     pub(super) others: Vec<ListenerUpdate>,
 }
 
@@ -134,7 +136,10 @@ impl ListenerUpdate {
 impl UpdateMessage {
     /// Whether other state than paths travels with it.
     pub(super) fn has_replacements(&self) -> bool {
-        self.extrapolator.is_some() || self.scenes.is_some() || self.predictor.is_some()
+        self.extrapolator.is_some()
+            || self.scenes.is_some()
+            || self.predictor.is_some()
+            || !self.lines.is_empty()
     }
 }
 

@@ -69,6 +69,7 @@ use super::budget::Governor;
 use super::phone::DeviceHints;
 use super::trace::{Track, spans};
 use crate::runtime::handover::newest::newest;
+use crate::runtime::pipeline::line_lengths::LineLengths;
 use crate::runtime::pipeline::update_pipeline::UpdatePipeline;
 use crate::runtime::pipeline::update_timing::UpdateTiming;
 use crate::runtime::threads::clock::now;
@@ -131,7 +132,7 @@ impl Engine {
         let room = [settings.max_paths, slots];
         let extrapolator = |_| extrapolator_for(&propagator, settings.predictor, room);
         let extrapolators = (0..listeners).map(extrapolator).collect();
-        let generator = Generator::new(settings.generation.clone(), hrtf)?;
+        let generator = Generator::with_short_lines(settings.generation.clone(), hrtf)?;
         let metrics = Arc::new(Metrics::default());
         let (frame_sender, frames) = newest();
         let (world_sender, world) = newest();
@@ -149,6 +150,7 @@ impl Engine {
             metrics: Arc::clone(&metrics),
             max_paths: settings.max_paths,
             max_sources: slots,
+            line_lengths: LineLengths::new(&settings.generation),
             synchronous: false,
             threads: Threads::start(1)?,
             governor: Governor::default(),

@@ -18,6 +18,7 @@ use crate::runtime::handover::atomic_box::AtomicBox;
 use crate::runtime::handover::newest::{Receiver, Sender};
 use crate::runtime::phone::DeviceHints;
 use crate::runtime::pipeline::jumps::UpdateKind;
+use crate::runtime::pipeline::line_lengths::LineLengths;
 use crate::runtime::pipeline::pose_prediction::UseInterval;
 use crate::runtime::pipeline::update_pipeline::{UpdatePipeline, UpdateRequest};
 use crate::runtime::pipeline::update_timing::UpdateTiming;
@@ -48,6 +49,8 @@ pub(super) struct Worker {
     pub(super) metrics: Arc<Metrics>,
     pub(super) max_paths: usize,
     pub(super) max_sources: usize,
+    /// Of the renderer, with those under way.
+    pub(super) line_lengths: LineLengths,
     pub(super) synchronous: bool,
     /// Threads of an update.
     pub(super) threads: Threads,
@@ -184,6 +187,7 @@ impl Worker {
         message.synchronous = self.synchronous;
         message.extrapolator = self.extrapolator.take();
         message.scenes = self.scenes.take();
+        self.lengthen_lines(&mut message);
         let has_changed = predictor != self.predictor;
         let room = [self.max_paths, self.max_sources];
         let state = || PredictorState::with_room(predictor, room[0], room[1]);
@@ -204,6 +208,16 @@ impl Worker {
             .propagation_ns
             .store(latest_ns, Ordering::Relaxed);
         Some(message)
+    }
+
+    /// Adds longer delay lines where an update's paths need them; frees those that the message has brought back.
+    fn lengthen_lines(&mut self, message: &mut UpdateMessage) {
+        message.lines.clear();
+        let speed_m_s = self.propagator.scene().speed_of_sound_m_s();
+        let others = message.others.iter().map(|other| &other.paths);
+        let updates = others.chain([&message.paths]);
+        self.line_lengths
+            .grow(updates, speed_m_s, &mut message.lines);
     }
 
     /// Computes what an update has for further listeners, as that of the first; returns the number of dropped paths.
@@ -396,6 +410,9 @@ impl Worker {
             if message.predictor.is_none() {
                 message.predictor = missed.predictor.take();
             }
+            // A line of the later message may be longer still.
+            missed.lines.append(&mut message.lines);
+            std::mem::swap(&mut missed.lines, &mut message.lines);
             for (other, missed) in message.others.iter_mut().zip(&mut missed.others) {
                 other.take_missed(missed);
             }

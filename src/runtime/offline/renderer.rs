@@ -11,6 +11,7 @@ use crate::generation::{Generator, GeneratorSettings, Hrtf, Layout, OutputStage}
 use crate::propagation::{PathSet, PropagationSettings, Propagator};
 use crate::runtime::offline::schedule::{Poses, Schedule};
 use crate::runtime::offline::scheduled_propagation::ScheduledPropagation;
+use crate::runtime::pipeline::line_lengths::LineLengths;
 use crate::runtime::threads::clock::thread_processor_time;
 use crate::scene::Scene;
 
@@ -98,6 +99,7 @@ pub struct OfflineRenderer {
     pub(crate) propagation: ScheduledPropagation,
     pub(crate) extrapolator: Extrapolator,
     generator: Generator,
+    line_lengths: LineLengths,
     frame_paths: FramePaths,
     report: OfflineReport,
     frame: u64,
@@ -136,7 +138,7 @@ impl OfflineRenderer {
         }
         settings.schedule.check()?;
         let propagator = Propagator::new(Arc::clone(&scene), settings.propagation)?;
-        let generator = Generator::new(settings.generation.clone(), hrtf)?;
+        let generator = Generator::with_short_lines(settings.generation.clone(), hrtf)?;
         let min_distance_m = settings.propagation.min_distance_m;
         Ok(Self {
             propagation: ScheduledPropagation::new(
@@ -152,6 +154,7 @@ impl OfflineRenderer {
             inputs: vec![vec![0.0; settings.block_frames]; settings.generation.max_sources],
             output: vec![0.0; generator.channels() * settings.block_frames],
             generator,
+            line_lengths: LineLengths::new(&settings.generation),
             settings,
         })
     }
@@ -233,6 +236,17 @@ impl OfflineRenderer {
         if let Some(update) = &arrived {
             self.report.rays.push(update.rays);
             self.report.paths.push(update.paths.len());
+            let mut longer = Vec::new();
+            let updates = std::iter::once(update);
+            let speed_m_s = self
+                .propagation
+                .propagator_mut()
+                .scene()
+                .speed_of_sound_m_s();
+            self.line_lengths.grow(updates, speed_m_s, &mut longer);
+            for line in &mut longer {
+                self.generator.exchange_line(line);
+            }
         }
         let started = ProcessorTimer::start();
         if let Some(update) = arrived {

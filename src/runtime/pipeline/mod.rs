@@ -5,6 +5,7 @@
 //! will be used, and prepares it for the predictor. No thread, no clock.
 
 pub(crate) mod jumps;
+pub(crate) mod line_lengths;
 pub(crate) mod loudest_paths;
 pub(crate) mod motion_model;
 pub(crate) mod pose_history;

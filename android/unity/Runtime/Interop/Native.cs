@@ -349,8 +349,8 @@ namespace Foresound.Interop
         /// <summary>Maximum number of paths that foresound_engine_paths returns, 0 to 16,384.</summary>
         public uint ShownPaths;
         /// <summary>
-        /// Maximum memory of the engine in MiB, without scenes and sounds; an engine of more is refused. Most of it is
-        /// 32 bytes x `rate_hz` x `max_delay_s` a slot.
+        /// Maximum memory of the engine in MiB, without scenes and sounds; an engine of more is refused. Counted with the
+        /// longest delay lines, 32 bytes x `rate_hz` x `max_delay_s` a slot; at first they are of 0.3 s, and grow with the paths.
         /// </summary>
         public uint MaxMemoryMib;
         /// <summary>Distance in metres below which a source gets no louder.</summary>

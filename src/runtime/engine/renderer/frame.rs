@@ -261,6 +261,9 @@ impl Renderer {
             extrapolation_level(message.interval_s, frame_s)
         };
         self.target_order_gain = message.order_gain;
+        for line in &mut message.lines {
+            self.parts.generator.exchange_line(line);
+        }
         let paths = std::mem::take(&mut message.paths);
         let metrics = &self.parts.metrics;
         metrics.extrapolation_level.store(level, Ordering::Relaxed);
