@@ -11,7 +11,7 @@ use crate::propagation::diffuse::listener_field::ListenerField;
 use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
 use crate::propagation::diffuse::transport::SceneField;
 use crate::scene::Scene;
-use crate::simd::{LaneSet, kernel};
+use crate::simd::{LaneSet, Lanes, kernel};
 
 /// Ends of the spans of time in time steps; the last one has none.
 const SPAN_ENDS: [f32; SPANS - 1] = [2.0, 4.0, 7.0, 11.0, 16.0, 23.0, 32.0, 44.0, 58.0];
@@ -188,30 +188,35 @@ kernel! {
 
 kernel! {
     /// Adds a response times an energy, `at` time steps later. No fused products: all machines give the same bits.
-    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
     fn convolve<L>(response: &[BandArray], energy: &BandArray, at: f32, sum: &mut [BandArray; STEPS]) {
         let whole = at.floor();
-        let rest = at - whole;
-        let (mut now, mut later) = (*energy, *energy);
-        for b in 0..BANDS {
-            now[b] *= 1.0 - rest;
-            later[b] *= rest;
-        }
         let (skipped, first) = match whole < 0.0 {
             true => ((-whole) as usize, 0),
             false => (0, whole as usize),
         };
-        let mut before = match skipped.checked_sub(1).and_then(|last| response.get(last)) {
-            Some(energy) => *energy,
-            None => [0.0; BANDS],
-        };
-        let response = response.get(skipped..).unwrap_or_default();
-        let sums = sum.get_mut(first..).unwrap_or_default();
-        for (sum, energy) in sums.iter_mut().zip(response) {
-            for b in 0..BANDS {
-                sum[b] += now[b] * energy[b] + later[b] * before[b];
-            }
-            before = *energy;
-        }
+        let sum = sum.get_mut(first..).unwrap_or_default();
+        add_delayed::<L>(response, skipped, energy, at - whole, sum);
+    }
+}
+
+/// Adds a series from index `skipped` on, times an energy, `rest` of a time step later.
+#[inline(always)]
+pub(crate) fn add_delayed<L: Lanes>(
+    series: &[BandArray],
+    skipped: usize,
+    energy: &BandArray,
+    rest: f32,
+    sums: &mut [BandArray],
+) {
+    let energy = L::load(energy);
+    let (now, later) = (energy.mul(L::splat(1.0 - rest)), energy.mul(L::splat(rest)));
+    let before = skipped.checked_sub(1).and_then(|last| series.get(last));
+    let mut before = before.map_or(L::splat(0.0), L::load);
+    let series = series.get(skipped..).unwrap_or_default();
+    for (sum, value) in sums.iter_mut().zip(series) {
+        let value = L::load(value);
+        let arriving = now.mul(value).add(later.mul(before));
+        L::load(sum).add(arriving).store(sum);
+        before = value;
     }
 }

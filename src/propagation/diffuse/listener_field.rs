@@ -12,6 +12,7 @@ use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
+use crate::propagation::diffuse::deposits::add_delayed;
 use crate::propagation::diffuse::envelope::STEPS;
 use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
 use crate::propagation::diffuse::transport::SceneField;
@@ -221,23 +222,11 @@ fn add_direction(shares: &mut [f32; LATE_DIRECTIONS], towards: Vec3, energy: f32
 
 kernel! {
     /// Adds what arrives of one patch, `delay` time steps after it leaves. No fused products: all machines give the same bits.
-    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
     fn arrive<L>(leaving: &[BandArray], view: &PatchView, delay: f32, response: &mut [BandArray]) {
         let whole = (delay as usize).min(STEPS);
         let rest = delay - whole as f32;
-        let (mut now, mut later) = (view.energy, view.energy);
-        for b in 0..BANDS {
-            now[b] *= 1.0 - rest;
-            later[b] *= rest;
-        }
         for (sums, leaving) in response.chunks_exact_mut(STEPS).zip(leaving.chunks_exact(STEPS)) {
-            let mut before = [0.0; BANDS];
-            for (sum, energy) in sums[whole..].iter_mut().zip(leaving) {
-                for b in 0..BANDS {
-                    sum[b] += now[b] * energy[b] + later[b] * before[b];
-                }
-                before = *energy;
-            }
+            add_delayed::<L>(leaving, 0, &view.energy, rest, &mut sums[whole..]);
         }
     }
 }
