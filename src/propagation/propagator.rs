@@ -3,6 +3,7 @@
 //! Each phase is a list of independent shares for the caller's [`Workers`]. Results are merged in the order of the list: the
 //! number of threads does not change a bit.
 
+mod collect;
 mod listeners;
 
 use std::sync::Arc;
@@ -11,14 +12,14 @@ use glam::{DVec3, Vec3};
 
 use self::listeners::invalidate_fields;
 use crate::error::Result;
-use crate::propagation::diffraction::{MAX_DIRECT_EDGES, MAX_REFLECTED_EDGE_PATHS};
 use crate::propagation::diffuse::{FieldRenewal, ListenerField, SceneField, VisibilityCells};
 use crate::propagation::image_source::discovery_history::{DiscoveryHistory, MAX_AGE};
 use crate::propagation::image_source::expansion::{MAX_CANDIDATES, expand};
+use crate::propagation::image_source::nearby_gate::NearbyGate;
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::image_source::window_cull::{CandidateCull, CullViews};
-use crate::propagation::path::{Path, PathId, PathSet};
+use crate::propagation::path::{PathId, PathSet};
 use crate::propagation::quality_level::PropagationQuality;
 use crate::propagation::rays::directions::{ROTATIONS, fill_lattice, lattice, rotation};
 use crate::propagation::rays::guide_rays::GuideRays;
@@ -143,6 +144,8 @@ pub struct Propagator {
     candidates: Vec<CandidateCull>,
     /// Positions of the update's sources in local coordinates.
     source_positions: Vec<DVec3>,
+    /// Of those sources.
+    gates: Vec<NearbyGate>,
     /// Those of the update's sources in their order, then idle ones.
     tasks: Vec<SourceTask>,
     /// One per thread.
@@ -197,6 +200,7 @@ impl Propagator {
                 .map(|_| CandidateCull::with_capacity(capacity.div_ceil(SHARES)))
                 .collect(),
             source_positions: Vec::new(),
+            gates: Vec::new(),
             tasks: Vec::new(),
             scratch: Vec::new(),
             order: Vec::new(),
@@ -446,10 +450,14 @@ impl Propagator {
         self.source_positions.clear();
         let position = |source: &SourcePose| scene.to_local(source.position);
         self.source_positions.extend(sources.iter().map(position));
+        self.gates.clear();
+        let tasks = &self.tasks[..sources.len()];
+        self.gates.extend(tasks.iter().map(|task| task.nearby_gate));
         let views = CullViews {
             listener: ear,
             nearby_m: self.nearby_m,
             sources: &self.source_positions,
+            gates: &self.gates,
         };
         workers.for_each(&mut self.candidates, |index, candidates| {
             let range = share_range(index, sequences.len());
@@ -502,74 +510,6 @@ impl Propagator {
             task.is_idle = true;
         }
     }
-
-    /// Merges the results of the tasks.
-    fn collect(&mut self, sources: &[SourcePose], result: &mut PathSet) {
-        let (tasks, order) = (&self.tasks[..sources.len()], &mut self.order);
-        collect_sorted(tasks, |task| &task.paths, order, &mut result.paths);
-        collect_sorted(tasks, |task| &task.nearby, order, &mut result.nearby);
-        result.direct_edges.clear();
-        result.direct_edges.reserve(tasks.len() * MAX_DIRECT_EDGES);
-        result.reflection_edges.clear();
-        let most = tasks.len() * MAX_REFLECTED_EDGE_PATHS;
-        result.reflection_edges.reserve(most);
-        for (pose, task) in sources.iter().zip(tasks) {
-            let edges = task.near_edges.direct.as_slice().iter();
-            let edges = edges.map(|edge| (pose.id, *edge));
-            result.direct_edges.extend(edges);
-            let edges = task.near_edges.reflections.edges();
-            let edges = edges.map(|edge| (pose.id, edge));
-            result.reflection_edges.extend(edges);
-        }
-        result.late.clear();
-        let late = tasks.iter().filter_map(|task| task.late_energy);
-        result.late.extend(late);
-        result.late_groups = self.listener_field.groups;
-        result.predicted_groups.clear();
-        result.predicted_positions.clear();
-        result.predicted_late.clear();
-        result.predicted_sources.clear();
-        let count = self.predicted.len();
-        let is_complete = tasks.iter().all(|t| t.predicted_late.len() == count);
-        let predicted = self.predicted.iter().filter(|_| is_complete);
-        for (index, there) in predicted.enumerate() {
-            result.predicted_positions.push(there.position);
-            result.predicted_groups.push(there.field.groups);
-            let late = tasks.iter().map(|task| task.predicted_late[index]);
-            result.predicted_late.extend(late);
-            let position = |(index, pose): (usize, &SourcePose)| {
-                there.sources.get(index).copied().unwrap_or(pose.position)
-            };
-            let positions = sources.iter().enumerate().map(position);
-            result.predicted_sources.extend(positions);
-        }
-        result.instances.clear();
-        result.instances.extend(self.scene.instance_poses());
-        result.sources.clear();
-        result.sources.extend_from_slice(sources);
-        let guide_rays: u64 = self.shares.iter().map(|share| share.rays).sum();
-        result.rays = guide_rays + tasks.iter().map(|task| task.rays).sum::<u64>();
-    }
-}
-
-/// Merges one list of all tasks, sorted by identity.
-fn collect_sorted(
-    tasks: &[SourceTask],
-    list: impl Fn(&SourceTask) -> &Vec<Path>,
-    order: &mut Vec<(PathId, u32, u32)>,
-    result: &mut Vec<Path>,
-) {
-    order.clear();
-    for (number, task) in tasks.iter().enumerate() {
-        let entries = list(task).iter().enumerate();
-        order.extend(entries.map(|(index, path)| (path.id, number as u32, index as u32)));
-    }
-    order.sort_unstable();
-    result.clear();
-    // Half as much again: a walking listener seldom causes an allocation.
-    result.reserve((order.len() * 3 / 2).next_power_of_two());
-    let path = |&(_, task, index): &(PathId, u32, u32)| list(&tasks[task as usize])[index as usize];
-    result.extend(order.iter().map(path));
 }
 
 /// Range of share `index` of `count` items.

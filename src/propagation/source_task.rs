@@ -18,6 +18,7 @@ use crate::propagation::diffuse::{
     stable_viewpoint,
 };
 use crate::propagation::image_source::image_path::{ImagePath, MARGIN_M, UnfoldedPath};
+use crate::propagation::image_source::nearby_gate::{NearbyGate, reflected_energy};
 use crate::propagation::image_source::occluder_cache::{Occluder, OccluderCache};
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
@@ -45,11 +46,10 @@ const MAX_COORDINATE_M: f64 = 1e9;
 /// Initial room for a source's paths.
 const INITIAL_PATHS: usize = 256;
 
-/// Most nearby paths of a source.
-const MAX_NEARBY: usize = 256;
-
-/// Number of a source's own sequences up to which an update with nearby paths adds those of other rotations.
+/// Number of a source's own sequences up to which an update with nearby paths adds those of other rotations, and their stride: each
+/// is tried in one update of four.
 const MAX_OWN: usize = 2048;
+const OTHER_ROTATIONS: usize = 4;
 
 /// A predicted position of the listener.
 #[derive(Debug, Default)]
@@ -163,6 +163,7 @@ pub(super) struct SourceTask {
     pub(super) paths: Vec<Path>,
     /// Nearby paths, unsorted.
     pub(super) nearby: Vec<Path>,
+    pub(super) nearby_gate: NearbyGate,
     /// Edges near the straight line in the last update.
     line_edges: DiffractingEdges,
     /// Edges of the direct field and of reflections until the next update.
@@ -187,6 +188,7 @@ impl SourceTask {
         self.is_searched = self.late_energy.is_none() || context.scope.has_source(self.id);
         if context.scope.jumped.contains(&self.id) {
             self.drop_rays(context.round);
+            self.nearby_gate = NearbyGate::default();
         }
         let slot = pose.id.slot() as u64;
         let turn = match self.late_energy {
@@ -241,7 +243,7 @@ impl SourceTask {
         let Some(rotation) = self.rotation.filter(|_| context.update.nearby_m.is_some()) else {
             return;
         };
-        for other in 1..ROTATIONS {
+        for other in (OTHER_ROTATIONS as u64..ROTATIONS).step_by(OTHER_ROTATIONS) {
             for sequence in self.late.sequences(rotation + other) {
                 if own.entries().len() >= MAX_OWN {
                     return;
@@ -375,7 +377,7 @@ impl SourceTask {
             let mut push = |path| paths.push(path);
             curved_reflection::find(update.scene, &query.endpoints, depth, rays, &mut push);
             self.add_paths_for_missing_reflections(&query);
-            keep_loudest(&mut self.nearby);
+            self.nearby_gate.keep_loudest(&mut self.nearby);
         }
         let max_age = update
             .settings
@@ -461,7 +463,8 @@ impl SourceTask {
                 if let Some(nearby_m) = context.nearby_m
                     && unfolded.take(scene, sequence, batch, lane, nearby_m + MARGIN_M)
                 {
-                    self.nearby.push(query.nearby_path(sequence, unfolded));
+                    let path = query.nearby_path(sequence, unfolded, self.nearby_gate);
+                    self.nearby.extend(path);
                 }
             },
         );
@@ -483,8 +486,8 @@ impl SourceTask {
                     let path = query.valid_path(sequence, &candidate.unfolded);
                     self.paths.push(path);
                 } else if query.context.nearby_m.is_some() {
-                    self.nearby
-                        .push(query.nearby_path(sequence, &candidate.unfolded));
+                    let path = query.nearby_path(sequence, &candidate.unfolded, self.nearby_gate);
+                    self.nearby.extend(path);
                 }
             });
     }
@@ -530,9 +533,17 @@ impl SourceQuery<'_> {
         path
     }
 
-    /// A nearby path: without occlusion and as if surfaces had no ends.
-    fn nearby_path(&self, sequence: &Sequence, unfolded: &UnfoldedPath) -> Path {
-        self.path(sequence, unfolded, amplitude::reflected_unbounded)
+    /// A nearby path: without occlusion and as if surfaces had no ends. `None` if the gate leaves it out.
+    fn nearby_path(
+        &self,
+        sequence: &Sequence,
+        unfolded: &UnfoldedPath,
+        gate: NearbyGate,
+    ) -> Option<Path> {
+        let square_m2 = self.ends[0].distance_squared(unfolded.listener_image()) as f32;
+        let reflected = reflected_energy(self.context.scene, sequence);
+        gate.passes(reflected, square_m2)
+            .then(|| self.path(sequence, unfolded, amplitude::reflected_unbounded))
     }
 
     /// The path of the source along an unfolded sequence.
@@ -572,17 +583,4 @@ impl SourceQuery<'_> {
 fn is_in_range(context: &UpdateContext<'_>, pose: &SourcePose) -> bool {
     let in_range = |at: DVec3| at.abs().max_element() < MAX_COORDINATE_M && at.is_finite();
     in_range(context.scene.to_local(pose.position)) && in_range(context.ear)
-}
-
-/// Keeps the loudest [`MAX_NEARBY`].
-fn keep_loudest(nearby: &mut Vec<Path>) {
-    if nearby.len() > MAX_NEARBY {
-        let energy = |path: &Path| path.amplitude.iter().map(|a| a * a).sum::<f32>();
-        nearby.select_nth_unstable_by(MAX_NEARBY, |a, b| {
-            energy(b)
-                .total_cmp(&energy(a))
-                .then_with(|| a.id.cmp(&b.id))
-        });
-        nearby.truncate(MAX_NEARBY);
-    }
 }

@@ -8,6 +8,7 @@ pub mod discovery_history;
 pub mod expansion;
 pub mod finite_panel;
 pub mod image_path;
+pub(crate) mod nearby_gate;
 pub(crate) mod occluder_cache;
 pub mod sequence;
 pub mod sequence_set;

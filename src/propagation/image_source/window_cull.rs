@@ -10,6 +10,7 @@
 use glam::DVec3;
 
 use crate::propagation::image_source::image_path::{MARGIN_M, UnfoldedPath};
+use crate::propagation::image_source::nearby_gate::{NearbyGate, reflected_energy};
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::unfold_x4;
 use crate::propagation::image_source::unfold_x4::SequenceBatch4;
@@ -63,9 +64,10 @@ impl Aperture {
         slack: [f32::INFINITY; LANES],
     };
 
-    /// Bitmask of the lanes inside the aperture; mirrors each line in its plane. `size` scales the rounding error.
+    /// Bitmask of the lanes inside the aperture less `border_m` metres; mirrors each line in its plane. `size` scales the rounding
+    /// error.
     #[inline(always)]
-    fn pass(&self, line: &mut [Lanes; 3], size: &Lanes) -> u32 {
+    fn pass(&self, line: &mut [Lanes; 3], size: &Lanes, border_m: f32) -> u32 {
         let mut passes = [0u32; LANES];
         for l in 0..LANES {
             let [x, y, z] = [line[0][l], line[1][l], line[2][l]];
@@ -75,13 +77,15 @@ impl Aperture {
             let slack = self.slack[l] * size[l];
             // Where rounding blurs the source's side of the plane, every line passes.
             let slack = if slack < 0.5 { slack } else { f32::INFINITY };
+            // A border in the plane is −q of it along the line.
+            let within = slack + border_m * q;
             let inside = (q + 1.0 <= slack)
-                & (x - self.low[0][l] * q >= -slack)
-                & (x - self.high[0][l] * q <= slack)
-                & (y - self.low[1][l] * q >= -slack)
-                & (y - self.high[1][l] * q <= slack)
-                & (z - self.low[2][l] * q >= -slack)
-                & (z - self.high[2][l] * q <= slack);
+                & (x - self.low[0][l] * q >= -within)
+                & (x - self.high[0][l] * q <= within)
+                & (y - self.low[1][l] * q >= -within)
+                & (y - self.high[1][l] * q <= within)
+                & (z - self.low[2][l] * q >= -within)
+                & (z - self.high[2][l] * q <= within);
             passes[l] = u32::from(inside) << l;
             let twice = 2.0 * along;
             line[0][l] = x - twice * n[0];
@@ -223,8 +227,10 @@ struct CullBatch8 {
     filled: u32,
     halves: [SequenceBatch4; 2],
     bounds: [[Bounds; 2]; MAX_ORDER],
-    /// Distance outside their surfaces at which lines may pass, in metres.
-    margin_m: f64,
+    /// Distance in metres outside their surfaces at which lines of nearby paths may pass; 0 if none are asked for.
+    nearby_m: f64,
+    /// Energy that reflections leave, for the gate of nearby paths.
+    reflected: Lanes,
     image: [Lanes; 3],
     /// About the images' distances from the origin, in metres.
     size: Lanes,
@@ -237,7 +243,8 @@ impl CullBatch8 {
         filled: 0,
         halves: [SequenceBatch4::EMPTY; 2],
         bounds: [[Bounds::NONE; 2]; MAX_ORDER],
-        margin_m: 0.0,
+        nearby_m: 0.0,
+        reflected: [0.0; LANES],
         image: [[0.0; LANES]; 3],
         size: [0.0; LANES],
         apertures: [Aperture::OPEN; MAX_ORDER],
@@ -263,9 +270,12 @@ impl CullBatch8 {
             let half = lane / unfold_x4::LANES % 2;
             let unordered = self.halves[half].precedence(lane, self.length).unordered();
             let steps = self.bounds.iter_mut().zip(unordered).take(self.length);
+            let sequence = &sequences[index as usize];
             for (step, (bounds, unordered)) in steps.enumerate() {
-                let sequence = &sequences[index as usize];
                 bounds[half].put(scene, lane, sequence, step, unordered);
+            }
+            if self.nearby_m > 0.0 {
+                self.reflected[lane % LANES] = reflected_energy(scene, sequence);
             }
         }
     }
@@ -273,7 +283,7 @@ impl CullBatch8 {
     /// Computes images and apertures in single precision.
     #[inline(always)]
     fn make_apertures(&mut self) {
-        let ([low, high], margin_m) = (&self.halves, self.margin_m);
+        let ([low, high], margin_m) = (&self.halves, MARGIN_M + self.nearby_m);
         for (index, bounds) in self.bounds[..self.length].iter().enumerate() {
             let aperture = &mut self.apertures[index];
             aperture.set(0, low, index, &bounds[0], margin_m);
@@ -291,9 +301,9 @@ impl CullBatch8 {
         }
     }
 
-    /// Bitmask of the sequences that may have a path from a source.
+    /// Bitmask of the sequences that may have a path from a source, or a nearby one that passes the gate.
     #[inline(always)]
-    fn visible_from(&self, source: [f32; 3], source_size: f32) -> u32 {
+    fn visible_from(&self, source: [f32; 3], source_size: f32, gate: NearbyGate) -> u32 {
         let mut line = [[0.0; LANES]; 3];
         let mut size = [0.0; LANES];
         for l in 0..LANES {
@@ -302,12 +312,28 @@ impl CullBatch8 {
             }
             size[l] = self.size[l] + source_size;
         }
-        let mut left = self.filled;
+        let inner = self.inside(self.filled, line, &size, self.nearby_m as f32);
+        if self.nearby_m == 0.0 {
+            return inner;
+        }
+        let mut loud = 0;
+        for l in 0..LANES {
+            let [x, y, z] = [line[0][l], line[1][l], line[2][l]];
+            let passes = gate.passes(self.reflected[l], x * x + y * y + z * z);
+            loud |= u32::from(passes) << l;
+        }
+        inner | self.inside(self.filled & loud & !inner, line, &size, 0.0)
+    }
+
+    /// Bitmask of the lanes of `lanes` whose lines are inside all apertures less `border_m` metres.
+    #[inline(always)]
+    fn inside(&self, lanes: u32, mut line: [Lanes; 3], size: &Lanes, border_m: f32) -> u32 {
+        let mut left = lanes;
         for aperture in &self.apertures[..self.length] {
-            left &= aperture.pass(&mut line, &size);
             if left == 0 {
                 break;
             }
+            left &= aperture.pass(&mut line, size, border_m);
         }
         left
     }
@@ -336,6 +362,8 @@ pub(crate) struct CullViews<'a> {
     /// Distance in metres by which paths may miss their surfaces; `None` for valid paths only.
     pub(crate) nearby_m: Option<f64>,
     pub(crate) sources: &'a [DVec3],
+    /// Of each source.
+    pub(crate) gates: &'a [NearbyGate],
 }
 
 impl CandidateCull {
@@ -372,7 +400,7 @@ impl CandidateCull {
         let most = (self.capacity.div_ceil(LANES) + MAX_ORDER) * views.sources.len();
         self.visible.reserve(most);
         self.visible.resize(batches * views.sources.len(), 0);
-        self.batch.margin_m = MARGIN_M + views.nearby_m.unwrap_or(0.0);
+        self.batch.nearby_m = views.nearby_m.unwrap_or(0.0);
         for length in 1..=MAX_ORDER {
             let of_length = |(_, sequence): &(u32, &Sequence)| sequence.len() == length;
             let mut all = (0..).zip(sequences).filter(of_length);
@@ -405,8 +433,7 @@ impl CandidateCull {
         let length = batch.length;
         if views.sources.len() > MAX_EXACT_SOURCES || views.nearby_m.is_some() {
             batch.load_bounds(scene, sequences, indices);
-            let sources = views.sources;
-            cull_batch(LaneSet::best(), batch, sources, visible, number, batches);
+            cull_batch(LaneSet::best(), batch, views, visible, number, batches);
             return;
         }
         let lanes = indices.chunks(unfold_x4::LANES);
@@ -445,15 +472,17 @@ kernel! {
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
     fn cull_batch<L>(
         batch: &mut CullBatch8,
-        sources: &[DVec3],
+        views: &CullViews<'_>,
         visible: &mut [u8],
         number: usize,
         batches: usize,
     ) {
         batch.make_apertures();
-        for (source, visible) in sources.iter().zip(visible.chunks_mut(batches)) {
+        let sources = views.sources.iter().zip(views.gates);
+        for ((source, gate), visible) in sources.zip(visible.chunks_mut(batches)) {
             let size_m = 1.0 + source.abs().element_sum() as f32;
-            visible[number] = batch.visible_from(source.as_vec3().to_array(), size_m) as u8;
+            let position = source.as_vec3().to_array();
+            visible[number] = batch.visible_from(position, size_m, *gate) as u8;
         }
     }
 }

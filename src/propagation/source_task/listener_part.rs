@@ -2,6 +2,7 @@
 
 use crate::propagation::diffraction::NearEdges;
 use crate::propagation::diffuse::ListenerView;
+use crate::propagation::image_source::nearby_gate::NearbyGate;
 use crate::propagation::image_source::occluder_cache::OccluderCache;
 use crate::propagation::image_source::valid_cache::ValidCache;
 use crate::propagation::path::{LateEnergy, Path};
@@ -15,6 +16,7 @@ pub(super) struct ListenerPart {
     pub(super) occluders: OccluderCache,
     pub(super) paths: Vec<Path>,
     pub(super) nearby: Vec<Path>,
+    pub(super) nearby_gate: NearbyGate,
     pub(super) line_edges: DiffractingEdges,
     pub(super) near_edges: NearEdges,
     pub(super) late_energy: Option<LateEnergy>,
@@ -29,6 +31,7 @@ impl ListenerPart {
             occluders: OccluderCache::default(),
             paths: Vec::new(),
             nearby: Vec::new(),
+            nearby_gate: NearbyGate::default(),
             line_edges: DiffractingEdges::default(),
             near_edges: NearEdges::default(),
             late_energy: None,

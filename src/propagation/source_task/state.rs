@@ -5,6 +5,7 @@ use super::listener_part::ListenerPart;
 use super::{INITIAL_PATHS, SourceTask};
 use crate::propagation::diffraction::NearEdges;
 use crate::propagation::diffuse::{LateEstimator, ListenerView};
+use crate::propagation::image_source::nearby_gate::NearbyGate;
 use crate::propagation::image_source::occluder_cache::OccluderCache;
 use crate::propagation::image_source::valid_cache::ValidCache;
 use crate::propagation::rays::directions::ROTATIONS;
@@ -30,6 +31,7 @@ impl SourceTask {
             rotation: None,
             paths: Vec::with_capacity(INITIAL_PATHS),
             nearby: Vec::new(),
+            nearby_gate: NearbyGate::default(),
             line_edges: DiffractingEdges::default(),
             near_edges: NearEdges::default(),
             late_energy: None,
@@ -52,6 +54,7 @@ impl SourceTask {
         self.late_energy = None;
         self.missing_rotations = 0;
         self.cache.clear();
+        self.nearby_gate = NearbyGate::default();
         self.parts.clear();
         (self.cast_in, self.jumped_in) = (None, None);
     }
@@ -83,6 +86,7 @@ impl SourceTask {
         std::mem::swap(&mut self.occluders, &mut part.occluders);
         std::mem::swap(&mut self.paths, &mut part.paths);
         std::mem::swap(&mut self.nearby, &mut part.nearby);
+        std::mem::swap(&mut self.nearby_gate, &mut part.nearby_gate);
         std::mem::swap(&mut self.line_edges, &mut part.line_edges);
         std::mem::swap(&mut self.near_edges, &mut part.near_edges);
         std::mem::swap(&mut self.late_energy, &mut part.late_energy);

@@ -1,0 +1,77 @@
+//! The result of an update, from those of its sources.
+
+use super::Propagator;
+use crate::propagation::diffraction::{MAX_DIRECT_EDGES, MAX_REFLECTED_EDGE_PATHS};
+use crate::propagation::path::{Path, PathId, PathSet};
+use crate::propagation::source_task::SourceTask;
+use crate::scene::SourcePose;
+
+impl Propagator {
+    /// Merges the results of the tasks.
+    pub(super) fn collect(&mut self, sources: &[SourcePose], result: &mut PathSet) {
+        let (tasks, order) = (&self.tasks[..sources.len()], &mut self.order);
+        collect_sorted(tasks, |task| &task.paths, order, &mut result.paths);
+        collect_sorted(tasks, |task| &task.nearby, order, &mut result.nearby);
+        result.direct_edges.clear();
+        result.direct_edges.reserve(tasks.len() * MAX_DIRECT_EDGES);
+        result.reflection_edges.clear();
+        let most = tasks.len() * MAX_REFLECTED_EDGE_PATHS;
+        result.reflection_edges.reserve(most);
+        for (pose, task) in sources.iter().zip(tasks) {
+            let edges = task.near_edges.direct.as_slice().iter();
+            let edges = edges.map(|edge| (pose.id, *edge));
+            result.direct_edges.extend(edges);
+            let edges = task.near_edges.reflections.edges();
+            let edges = edges.map(|edge| (pose.id, edge));
+            result.reflection_edges.extend(edges);
+        }
+        result.late.clear();
+        let late = tasks.iter().filter_map(|task| task.late_energy);
+        result.late.extend(late);
+        result.late_groups = self.listener_field.groups;
+        result.predicted_groups.clear();
+        result.predicted_positions.clear();
+        result.predicted_late.clear();
+        result.predicted_sources.clear();
+        let count = self.predicted.len();
+        let is_complete = tasks.iter().all(|t| t.predicted_late.len() == count);
+        let predicted = self.predicted.iter().filter(|_| is_complete);
+        for (index, there) in predicted.enumerate() {
+            result.predicted_positions.push(there.position);
+            result.predicted_groups.push(there.field.groups);
+            let late = tasks.iter().map(|task| task.predicted_late[index]);
+            result.predicted_late.extend(late);
+            let position = |(index, pose): (usize, &SourcePose)| {
+                there.sources.get(index).copied().unwrap_or(pose.position)
+            };
+            let positions = sources.iter().enumerate().map(position);
+            result.predicted_sources.extend(positions);
+        }
+        result.instances.clear();
+        result.instances.extend(self.scene.instance_poses());
+        result.sources.clear();
+        result.sources.extend_from_slice(sources);
+        let guide_rays: u64 = self.shares.iter().map(|share| share.rays).sum();
+        result.rays = guide_rays + tasks.iter().map(|task| task.rays).sum::<u64>();
+    }
+}
+
+/// Merges one list of all tasks, sorted by identity.
+fn collect_sorted(
+    tasks: &[SourceTask],
+    list: impl Fn(&SourceTask) -> &Vec<Path>,
+    order: &mut Vec<(PathId, u32, u32)>,
+    result: &mut Vec<Path>,
+) {
+    order.clear();
+    for (number, task) in tasks.iter().enumerate() {
+        let entries = list(task).iter().enumerate();
+        order.extend(entries.map(|(index, path)| (path.id, number as u32, index as u32)));
+    }
+    order.sort_unstable();
+    result.clear();
+    // Half as much again: a walking listener seldom causes an allocation.
+    result.reserve((order.len() * 3 / 2).next_power_of_two());
+    let path = |&(_, task, index): &(PathId, u32, u32)| list(&tasks[task as usize])[index as usize];
+    result.extend(order.iter().map(path));
+}
