@@ -6,12 +6,13 @@
 use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::bounce_buffer::Bounce;
+use crate::propagation::diffuse::delayed::add_delayed;
 use crate::propagation::diffuse::envelope::{ArrivalHistogram, STEPS};
 use crate::propagation::diffuse::listener_field::ListenerField;
 use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
 use crate::propagation::diffuse::transport::SceneField;
 use crate::scene::Scene;
-use crate::simd::{LaneSet, Lanes, kernel};
+use crate::simd::{LaneSet, kernel};
 
 /// Ends of the spans of time in time steps; the last one has none.
 const SPAN_ENDS: [f32; SPANS - 1] = [2.0, 4.0, 7.0, 11.0, 16.0, 23.0, 32.0, 44.0, 58.0];
@@ -196,27 +197,5 @@ kernel! {
         };
         let sum = sum.get_mut(first..).unwrap_or_default();
         add_delayed::<L>(response, skipped, energy, at - whole, sum);
-    }
-}
-
-/// Adds a series from index `skipped` on, times an energy, `rest` of a time step later.
-#[inline(always)]
-pub(crate) fn add_delayed<L: Lanes>(
-    series: &[BandArray],
-    skipped: usize,
-    energy: &BandArray,
-    rest: f32,
-    sums: &mut [BandArray],
-) {
-    let energy = L::load(energy);
-    let (now, later) = (energy.mul(L::splat(1.0 - rest)), energy.mul(L::splat(rest)));
-    let before = skipped.checked_sub(1).and_then(|last| series.get(last));
-    let mut before = before.map_or(L::splat(0.0), L::load);
-    let series = series.get(skipped..).unwrap_or_default();
-    for (sum, value) in sums.iter_mut().zip(series) {
-        let value = L::load(value);
-        let arriving = now.mul(value).add(later.mul(before));
-        L::load(sum).add(arriving).store(sum);
-        before = value;
     }
 }

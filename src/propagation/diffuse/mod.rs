@@ -21,6 +21,7 @@
 mod bounce_buffer;
 mod cached_rays;
 pub mod decay_fit;
+mod delayed;
 mod deposits;
 pub mod envelope;
 pub mod listener_field;
@@ -55,7 +56,7 @@ use crate::scene::{Scene, SourceId};
 
 /// Distance in metres of a moving source from a rotation's origin up to which the rotation has at least half the weight,
 /// and the number of rotations that have it at any distance. Keeps the estimate local while a source moves.
-const SAME_POSITION_M: f64 = 0.35;
+const SAME_POSITION_M: f64 = 1.4;
 const MIN_ROTATIONS: usize = 6;
 
 /// Weight of a rotation traced at a distance from the source: 1 at 0 m, ½ at `reach_m`.

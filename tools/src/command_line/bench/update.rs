@@ -4,8 +4,6 @@
 
 use std::sync::Arc;
 
-use foresound::extrapolation::PredictorKind;
-use foresound::glam::Vec3;
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::runtime::Threads;
 use foresound::scene::SourcePose;
@@ -19,7 +17,8 @@ use crate::inputs::predictor_named;
 use crate::printed;
 
 /// What an update for `best` finds besides, at level 12 and 74.6 graphics frames a second: nearby paths within so many metres
-/// (what a walk at 1.4 m/s leaves meanwhile, and 5 cm), and the late energy at so many earlier steps of the walk.
+/// (what a walk at 1.4 m/s leaves meanwhile, and 5 cm), and the late energy at so many earlier steps of the listener's and the sources'
+/// walks.
 const NEARBY_M: f64 = 0.3;
 const SAMPLED_STEPS: [usize; 2] = [3, 2];
 
@@ -76,15 +75,28 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut set = PathSet::default();
     let (mut paths, mut rays, mut digest) = (0, 0, 0);
     let mut moved = sources.clone();
-    for step in 0..arguments.updates {
+    let go_on = |moved: &mut [SourcePose], step| {
         if arguments.moving_sources {
-            step_aside(&mut moved, &sources, step);
+            step_aside(moved, &sources, step);
         }
         if arguments.walking_sources {
-            stroll(&mut moved, &sources, step);
+            stroll(moved, &sources, step);
         }
+    };
+    for step in 0..arguments.updates {
         boxes.move_on(&mut propagator, step);
-        ask_for(predictor, &mut propagator, &walk, step);
+        if predictor.uses_nearby() {
+            let before = SAMPLED_STEPS.map(|steps| step.saturating_sub(steps));
+            let listener = before.map(|step| walk.ear(step).position);
+            let mut positions = Vec::new();
+            for step in before {
+                go_on(&mut moved, step);
+                positions.extend(moved.iter().map(|source| source.position));
+            }
+            propagator.set_nearby_radius(Some(NEARBY_M));
+            propagator.set_predicted_positions(&listener, &positions);
+        }
+        go_on(&mut moved, step);
         propagator.update_with(&threads, &walk.ear(step), &moved, 0.0, &mut set);
         digest = digested(digest, &set);
         paths += set.paths.len();
@@ -108,17 +120,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     });
     printed::rows(&[row], arguments.json);
     Ok(())
-}
-
-/// Asks the next update for what a predictor needs.
-fn ask_for(predictor: PredictorKind, propagator: &mut Propagator, walk: &Walk, step: usize) {
-    if !predictor.uses_nearby() {
-        return;
-    }
-    let before = |steps: usize| walk.ear(step.saturating_sub(steps)).position;
-    let sampled: [Vec3; 2] = SAMPLED_STEPS.map(before);
-    propagator.set_nearby_radius(Some(NEARBY_M));
-    propagator.set_predicted_positions(&sampled, &[]);
 }
 
 /// Moves each source by a step of the walk, three metres to and fro.

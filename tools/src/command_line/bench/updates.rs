@@ -214,10 +214,9 @@ pub(super) fn with_instances(
     Ok(row)
 }
 
-/// Moves each source farther from its last position, and from the sixteen before, than the cells of the ray cache are
-/// wide: all rays are cast again.
+/// Moves each source farther from its last two positions than the cells of the ray cache are wide: all rays are cast again.
 pub(super) fn step_aside(moved: &mut [SourcePose], sources: &[SourcePose], step: usize) {
     for (moved, source) in moved.iter_mut().zip(sources) {
-        moved.position.x = source.position.x + 0.6 * (1 + step % 3) as f32;
+        moved.position.x = source.position.x + 2.5 * (1 + step % 3) as f32;
     }
 }
