@@ -16,12 +16,10 @@ use super::super::surface::panel::DisjointSets;
 use super::super::weld::sorted_edges;
 use super::edge::{Edge, LEAST_LENGTH_M, LEAST_TURN_DEG};
 use super::flush;
+use super::longest::longest;
 
 /// Largest angle between collinear segments, in degrees.
 const SAME_LINE_DEG: f64 = 0.2;
-
-/// Most edges of a scene, the longest ones: 32,768 of them with their tree and graph take 8 MB.
-const MOST_EDGES: usize = 1 << 15;
 
 /// Most segments at one vertex between the same faces that one of them is compared with: bounds the time where thousands
 /// of triangles share a corner.
@@ -72,20 +70,6 @@ pub(super) fn find(
     }
     edges.sort_by_key(|edge| edge.key);
     edges
-}
-
-/// The [`MOST_EDGES`] longest entries, longest first, each as an edge; of equal ones the first in the list.
-fn longest<T>(list: &[T], length_m: impl Fn(&T) -> f64, edge: impl Fn(&T) -> Edge) -> Vec<Edge> {
-    // Bits of positive numbers sort as the numbers do; inverted, the longest comes first.
-    let rank = |(index, entry): (u32, &T)| (!length_m(entry).to_bits(), index);
-    let mut order: Vec<(u64, u32)> = (0..).zip(list).map(rank).collect();
-    if order.len() > MOST_EDGES {
-        order.select_nth_unstable(MOST_EDGES);
-        order.truncate(MOST_EDGES);
-    }
-    order.sort_unstable();
-    let of_index = |(_, index)| edge(&list[index as usize]);
-    order.into_iter().map(of_index).collect()
 }
 
 /// One face at an edge.
@@ -181,6 +165,18 @@ impl Mesh<'_> {
 
     fn segment(&self, ends: [u32; 2], sides: &[(u64, u32)], shell: &[bool]) -> Option<Segment> {
         let direction = self.direction(ends)?;
+        if let [(_, side)] = *sides {
+            // A boundary.
+            let triangle = side / 3;
+            self.tangent(triangle, ends[0], direction)?;
+            let surface = self.surfaces.triangle_surface[triangle as usize];
+            return self.surfaces.is_panel(triangle).then_some(Segment {
+                vertices: ends,
+                triangle,
+                n: 2.0,
+                faces: [surface; 2],
+            });
+        }
         let mut faces: Vec<Face> = Vec::with_capacity(sides.len());
         for &(_, side) in sides {
             let triangle = side / 3;

@@ -11,9 +11,13 @@ use glam::Vec3;
 use super::super::surface::SurfaceSet;
 use super::contacts::{Contact, by_half_plane, contacts, join, least_gap};
 use super::edge::{Edge, LEAST_LENGTH_M};
+use super::longest::{MOST_EDGES, longest};
 
 /// Most comparisons of a contact with a section of its edge. Edges of more contacts than are left for stay whole.
 const MOST_IN_SECTIONS: usize = 1 << 27;
+
+/// Most pieces of all edges in memory. Only the longest edges are kept in the end.
+const MOST_PIECES: usize = MOST_EDGES + MOST_EDGES / 2;
 
 /// The edges, cut where other faces touch them; sections without a remaining exterior wedge are dropped.
 pub(super) fn cut(
@@ -38,6 +42,9 @@ pub(super) fn cut(
         } else {
             left -= work;
             sections(edge, &own, &mut result);
+        }
+        if result.len() > MOST_PIECES {
+            result = longest(&result, |edge| edge.length_m, |edge| *edge);
         }
     }
     result

@@ -9,6 +9,7 @@ mod edge;
 mod find;
 mod flush;
 mod free_ends;
+mod longest;
 mod mirrors;
 mod saved;
 mod search_budget;
