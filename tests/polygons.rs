@@ -295,7 +295,7 @@ fn an_l_has_its_area_from_every_first_corner() {
 fn a_face_that_crosses_itself_is_reported() {
     let (_, warnings) = triangles(&[vec![(0, 0), (4, 4), (4, 0), (0, 3)]], DMat3::IDENTITY);
     assert!(
-        warnings[0].contains("outline of 1 faces crosses itself"),
+        warnings[0].contains("outline of 1 face crosses itself"),
         "{warnings:?}"
     );
 }

@@ -165,6 +165,18 @@ fn parse_rows(file: &Path, text: &[u8]) -> Result<Vec<Row>> {
             let header = headers.position().map(|p| p.line() as usize);
             return wrong(header, format!("no column is called `{name}`"));
         }
+        // A decimal comma makes two cells of a number.
+        if record
+            .iter()
+            .skip(headers.len())
+            .any(|cell| !cell.is_empty())
+        {
+            return wrong(line, "the row has more cells than the header".into());
+        }
+        let mut missing = headers.iter().skip(record.len());
+        if let Some(name) = missing.find(|name| !name.is_empty()) {
+            return wrong(line, format!("the row ends before `{name}`"));
+        }
         let numbers = [row.t as f32, row.x, row.y, row.z];
         let turns = row.yaw.into_iter().chain(row.pitch);
         if !numbers.into_iter().chain(turns).all(f32::is_finite) {

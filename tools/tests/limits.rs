@@ -1,6 +1,9 @@
 //! Bounds of memory: at any input a stated number of bytes is not exceeded, excess is refused or counted, and unused
 //! memory is freed. Bytes in use are counted by the allocator, of all threads.
 
+#[path = "limits/heaps.rs"]
+mod heaps;
+
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::{BufWriter, Write};
 use std::path::Path;

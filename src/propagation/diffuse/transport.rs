@@ -22,6 +22,12 @@ use crate::simd::{LaneSet, kernel};
 /// Rays of a sample.
 const RAYS_PER_SAMPLE: usize = 16;
 
+/// Boxes that all rays of a field intersect, by estimate: half a second at two nanoseconds each.
+const MOST_BOXES: f64 = (1u64 << 28) as f64;
+
+/// Reflections of a ray, by estimate, with the rays that find the patches.
+const LEGS_OF_RAY: f64 = 10.0;
+
 /// Samples of a step of [`FieldRenewal`].
 const SAMPLES_A_STEP: usize = 24;
 
@@ -116,6 +122,7 @@ impl SceneField {
 
     /// The patches of a scene, without transport between them.
     fn untraced(scene: &Scene, count: usize, rays: &mut u64) -> Self {
+        let count = count.min(affordable(scene.bvh().crossed_boxes()));
         let samples = SurfaceSamples::new(scene, count, rays);
         let patches = samples.patches;
         let mut share = vec![0.0; patches];
@@ -343,6 +350,12 @@ impl FieldRenewal {
     }
 }
 
+/// Most samples of a scene in which a ray intersects so many boxes: fewer only where thousands of triangles overlap.
+fn affordable(crossed_boxes: f64) -> usize {
+    let boxes_a_sample = 2.0 * RAYS_PER_SAMPLE as f64 * LEGS_OF_RAY * crossed_boxes.max(1.0);
+    ((MOST_BOXES / boxes_a_sample) as usize).max(1)
+}
+
 fn sum_of(energies: &[BandArray]) -> BandArray {
     let mut sum = [0.0; BANDS];
     for energy in energies {
@@ -425,5 +438,22 @@ kernel! {
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_among_slivers_are_fewer_and_those_of_rooms_are_not() {
+        let boxes = |crossed: f64| {
+            affordable(crossed) as f64 * 2.0 * RAYS_PER_SAMPLE as f64 * LEGS_OF_RAY * crossed
+        };
+        assert!(affordable(200.0) >= 512);
+        for crossed in [1.0, 200.0, 8000.0, 50_000.0] {
+            assert!(boxes(crossed) <= MOST_BOXES, "{crossed}");
+        }
+        assert!(affordable(1e9) == 1);
     }
 }

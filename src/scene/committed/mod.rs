@@ -97,8 +97,8 @@ impl Scene {
     /// side; takes seconds for a million triangles.
     ///
     /// # Errors
-    /// [`Error::Mesh`] for a mesh without a usable triangle or with too many, [`Error::Setting`] for a medium out of
-    /// range.
+    /// [`Error::Mesh`] for a mesh without a usable triangle or with too many, [`Error::Setting`] for a medium, an area or a
+    /// tolerance out of range.
     ///
     /// # Examples
     /// ```
@@ -151,6 +151,18 @@ impl Scene {
             let problem = format!("{:?} is not a possible state of air", settings.medium);
             let advice = "give °C above −273, percent above 0 and kPa above 0";
             return Err(Error::setting("medium", problem, advice));
+        }
+        let areas = [
+            ("min_panel_m2", settings.min_panel_m2),
+            ("max_finite_panel_m2", settings.max_finite_panel_m2),
+        ];
+        if let Some((name, area_m2)) = areas.into_iter().find(|(_, m2)| m2.is_nan() || *m2 < 0.0) {
+            let problem = format!("{area_m2} m² is no area");
+            return Err(Error::setting(
+                name,
+                problem,
+                "give square metres, 0 or more",
+            ));
         }
         if mesh.triangles.len() > settings.most_triangles {
             let problem = format!(

@@ -16,20 +16,28 @@ use super::super::surface::panel::DisjointSets;
 use super::super::weld::sorted_edges;
 use super::edge::{Edge, LEAST_LENGTH_M, LEAST_TURN_DEG};
 use super::flush;
+use super::longest::longest;
 
 /// Largest angle between collinear segments, in degrees.
 const SAME_LINE_DEG: f64 = 0.2;
 
-/// Most edges of a scene, the longest ones: 32,768 of them with their tree and graph take 8 MB.
-const MOST_EDGES: usize = 1 << 15;
+/// Most segments at one vertex between the same faces that one of them is compared with: bounds the time where thousands
+/// of triangles share a corner.
+const MOST_AT_VERTEX: usize = 256;
 
-/// Segment of an edge along one side of a triangle.
+/// Segment of an edge along one side of a triangle. Small, because thousands of loose triangles have three each.
 struct Segment {
     vertices: [u32; 2],
-    direction: DVec3,
-    tangent: DVec3,
+    /// Triangle of the first face.
+    triangle: u32,
     n: f64,
     faces: [u32; 2],
+}
+
+/// Collinear segments as one: the first of them, and the two vertices farthest apart.
+struct Line {
+    segment: u32,
+    ends: [u32; 2],
 }
 
 /// The edges of a mesh, sorted by key.
@@ -40,32 +48,14 @@ pub(super) fn find(
     centre: DVec3,
     length_scale: f64,
 ) -> Vec<Edge> {
-    let sides = sorted_edges(triangles);
-    let shell = room_shell(vertices, triangles);
-    let position = |v: u32| vertices[v as usize].as_dvec3();
-    let mut segments = Vec::new();
-    for same in sides.chunk_by(|a, b| a.0 == b.0) {
-        let surface = |side: u32| surfaces.triangle_surface[(side / 3) as usize];
-        let curved = |side: u32| surfaces.curved.of_triangle(side / 3);
-        // Neighbours in a plane or in a curved surface.
-        let flat = same.len() == 2
-            && (surface(same[0].1) == surface(same[1].1)
-                || curved(same[0].1).is_some() && curved(same[0].1) == curved(same[1].1));
-        if flat || !same.iter().any(|&(_, side)| surfaces.is_panel(side / 3)) {
-            continue;
-        }
-        let ends = [(same[0].0 >> 32) as u32, same[0].0 as u32];
-        if let Some(segment) = segment(ends, same, triangles, surfaces, &shell, position) {
-            segments.push(segment);
-        }
-    }
-    let mut edges = join(&segments, position);
-    for edge in &mut edges {
-        edge.length_scale = length_scale;
-    }
-    edges.retain(|edge| edge.length_m > LEAST_LENGTH_M * length_scale);
-    let edges = flush::cut(longest(&edges), vertices, triangles, surfaces);
-    let mut edges = longest(&edges);
+    let mesh = Mesh {
+        vertices,
+        triangles,
+        surfaces,
+    };
+    let edges = mesh.edges(length_scale);
+    let edges = flush::cut(edges, vertices, triangles, surfaces);
+    let mut edges = longest(&edges, |edge| edge.length_m, |edge| *edge);
     for edge in &mut edges {
         let faces = edge.faces.map(|face| surfaces.surfaces[face as usize].key);
         edge.key = edge_key(
@@ -82,20 +72,6 @@ pub(super) fn find(
     edges
 }
 
-/// The [`MOST_EDGES`] longest edges, longest first; of equal ones the first in the list.
-fn longest(edges: &[Edge]) -> Vec<Edge> {
-    // Bits of positive numbers sort as the numbers do; inverted, the longest comes first.
-    let rank = |(index, edge): (u32, &Edge)| (!edge.length_m.to_bits(), index);
-    let mut order: Vec<(u64, u32)> = (0..).zip(edges).map(rank).collect();
-    if order.len() > MOST_EDGES {
-        order.select_nth_unstable(MOST_EDGES);
-        order.truncate(MOST_EDGES);
-    }
-    order.sort_unstable();
-    let of_index = |(_, index)| edges[index as usize];
-    order.into_iter().map(of_index).collect()
-}
-
 /// One face at an edge.
 #[derive(Clone, Copy)]
 struct Face {
@@ -109,65 +85,214 @@ struct Face {
     triangle: u32,
 }
 
-fn segment(
-    ends: [u32; 2],
-    sides: &[(u64, u32)],
-    triangles: &[[u32; 3]],
-    surfaces: &SurfaceSet,
-    shell: &[bool],
-    position: impl Fn(u32) -> DVec3,
-) -> Option<Segment> {
-    let along = position(ends[1]) - position(ends[0]);
-    let direction = along.try_normalize().map(oriented)?;
-    let mut faces: Vec<Face> = Vec::with_capacity(sides.len());
-    for &(_, side) in sides {
-        let triangle = side / 3;
-        let corners = triangles[triangle as usize].map(&position);
-        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-        let surface = surfaces.triangle_surface[triangle as usize];
-        // The surface's plane is more accurate than a small triangle's.
-        let across = surfaces.surfaces[surface as usize].normal.cross(direction);
-        let third = corners.iter().copied().sum::<DVec3>() / 3.0 - position(ends[0]);
-        let tangent = across.try_normalize()? * 1f64.copysign(across.dot(third));
-        faces.push(Face {
-            angle: 0.0,
+/// The mesh whose edges are searched.
+#[derive(Clone, Copy)]
+struct Mesh<'a> {
+    vertices: &'a [Vec3],
+    triangles: &'a [[u32; 3]],
+    surfaces: &'a SurfaceSet,
+}
+
+impl Mesh<'_> {
+    fn position(&self, vertex: u32) -> DVec3 {
+        self.vertices[vertex as usize].as_dvec3()
+    }
+
+    /// The longest edges without regard to contacts.
+    fn edges(&self, length_scale: f64) -> Vec<Edge> {
+        let segments = self.segments();
+        let mut lines = self.join(&segments);
+        let length_m = |line: &Line| {
+            let [low, high] = line.ends.map(|end| self.position(end));
+            low.distance(high)
+        };
+        lines.retain(|line| length_m(line) > LEAST_LENGTH_M * length_scale);
+        longest(&lines, length_m, |line| {
+            let segment = &segments[line.segment as usize];
+            Edge {
+                length_scale,
+                ..self.edge(segment, line.ends)
+            }
+        })
+    }
+
+    fn segments(&self) -> Vec<Segment> {
+        let sides = sorted_edges(self.triangles);
+        let shell = room_shell(self.vertices, self.triangles);
+        let surfaces = self.surfaces;
+        let is_candidate = |same: &[(u64, u32)]| {
+            let surface = |side: u32| surfaces.triangle_surface[(side / 3) as usize];
+            let curved = |side: u32| surfaces.curved.of_triangle(side / 3);
+            // Neighbours in a plane or in a curved surface.
+            let flat = same.len() == 2
+                && (surface(same[0].1) == surface(same[1].1)
+                    || curved(same[0].1).is_some() && curved(same[0].1) == curved(same[1].1));
+            !flat && same.iter().any(|&(_, side)| surfaces.is_panel(side / 3))
+        };
+        let candidates = || {
+            let all = sides.chunk_by(|a, b| a.0 == b.0);
+            all.filter(|same| is_candidate(same))
+        };
+        let mut segments = Vec::with_capacity(candidates().count());
+        segments.extend(candidates().filter_map(|same| {
+            let ends = [(same[0].0 >> 32) as u32, same[0].0 as u32];
+            self.segment(ends, same, &shell)
+        }));
+        segments
+    }
+
+    fn direction(&self, [from, to]: [u32; 2]) -> Option<DVec3> {
+        let along = self.position(to) - self.position(from);
+        along.try_normalize().map(oriented)
+    }
+
+    /// From a side of a triangle into it, in the plane of its surface, which is more accurate than a small triangle's.
+    fn tangent(&self, triangle: u32, first_end: u32, direction: DVec3) -> Option<DVec3> {
+        let corners = self.triangles[triangle as usize].map(|v| self.position(v));
+        let surface = self.surfaces.triangle_surface[triangle as usize];
+        let normal = self.surfaces.surfaces[surface as usize].normal;
+        let across = normal.cross(direction);
+        let third = corners.iter().copied().sum::<DVec3>() / 3.0 - self.position(first_end);
+        Some(across.try_normalize()? * 1f64.copysign(across.dot(third)))
+    }
+
+    /// Direction and tangent of a segment.
+    fn frame(&self, segment: &Segment) -> [DVec3; 2] {
+        let direction = self.direction(segment.vertices).unwrap_or_default();
+        let tangent = self.tangent(segment.triangle, segment.vertices[0], direction);
+        [direction, tangent.unwrap_or_default()]
+    }
+
+    fn segment(&self, ends: [u32; 2], sides: &[(u64, u32)], shell: &[bool]) -> Option<Segment> {
+        let direction = self.direction(ends)?;
+        if let [(_, side)] = *sides {
+            // A boundary.
+            let triangle = side / 3;
+            self.tangent(triangle, ends[0], direction)?;
+            let surface = self.surfaces.triangle_surface[triangle as usize];
+            return self.surfaces.is_panel(triangle).then_some(Segment {
+                vertices: ends,
+                triangle,
+                n: 2.0,
+                faces: [surface; 2],
+            });
+        }
+        let mut faces: Vec<Face> = Vec::with_capacity(sides.len());
+        for &(_, side) in sides {
+            let triangle = side / 3;
+            let corners = self.triangles[triangle as usize].map(|v| self.position(v));
+            faces.push(Face {
+                angle: 0.0,
+                tangent: self.tangent(triangle, ends[0], direction)?,
+                normal: (corners[1] - corners[0]).cross(corners[2] - corners[0]),
+                surface: self.surfaces.triangle_surface[triangle as usize],
+                triangle,
+            });
+        }
+        let (x, y) = (faces[0].tangent, direction.cross(faces[0].tangent));
+        for face in &mut faces[1..] {
+            face.angle = face
+                .tangent
+                .dot(y)
+                .atan2(face.tangent.dot(x))
+                .rem_euclid(2.0 * PI);
+        }
+        faces.sort_by(|a, b| a.angle.total_cmp(&b.angle).then(a.surface.cmp(&b.surface)));
+        let gap = |i: usize| match faces.get(i + 1) {
+            Some(next) => next.angle - faces[i].angle,
+            None => faces[0].angle + 2.0 * PI - faces[i].angle,
+        };
+        let widest = (0..faces.len()).max_by(|&a, &b| gap(a).total_cmp(&gap(b)))?;
+        let (first, second) = (faces[widest], faces[(widest + 1) % faces.len()]);
+        if gap(widest) < PI + LEAST_TURN_DEG.to_radians() {
+            return None;
+        }
+        // One large face suffices for a shadow: the other may be narrow, such as a door jamb.
+        let panels =
+            self.surfaces.is_panel(first.triangle) || self.surfaces.is_panel(second.triangle);
+        // The air's side of the first face is where angles grow, of the second where they fall.
+        let first_looks_away = first.normal.dot(direction.cross(first.tangent)) < 0.0;
+        let second_looks_away = second.normal.dot(second.tangent.cross(direction)) < 0.0;
+        let rock = shell[first.triangle as usize] && first_looks_away && second_looks_away;
+        (panels && !rock).then_some(Segment {
+            vertices: ends,
+            triangle: first.triangle,
+            n: gap(widest) / PI,
+            faces: [first.surface, second.surface],
+        })
+    }
+
+    /// Joins collinear segments between the same faces that touch.
+    fn join(&self, segments: &[Segment]) -> Vec<Line> {
+        let mut ends: Vec<([u32; 2], u32, u32)> = Vec::with_capacity(2 * segments.len());
+        for (index, segment) in segments.iter().enumerate() {
+            for vertex in segment.vertices {
+                ends.push((segment.faces, vertex, index as u32));
+            }
+        }
+        ends.sort_unstable();
+        let mut sets = DisjointSets::new(segments.len());
+        let least = SAME_LINE_DEG.to_radians().cos();
+        let mut frames: Vec<[DVec3; 2]> = Vec::new();
+        for same in ends.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            if same.len() == 1 {
+                continue;
+            }
+            frames.clear();
+            frames.extend(same.iter().map(|end| self.frame(&segments[end.2 as usize])));
+            for (i, &[direction, tangent]) in frames.iter().enumerate() {
+                for k in i.saturating_sub(MOST_AT_VERTEX)..i {
+                    let [other_direction, other_tangent] = frames[k];
+                    if direction.dot(other_direction) > least && tangent.dot(other_tangent) > 0.0 {
+                        sets.union(same[i].2, same[k].2);
+                    }
+                }
+            }
+        }
+        drop(ends);
+        let mut groups: Vec<(u32, u32)> = (0..segments.len() as u32)
+            .map(|index| (sets.root(index), index))
+            .collect();
+        groups.sort_unstable();
+        let lines = || groups.chunk_by(|a, b| a.0 == b.0);
+        let mut result = Vec::with_capacity(lines().count());
+        result.extend(lines().map(|group| {
+            let segment = group[0].1;
+            let direction = self.direction(segments[segment as usize].vertices);
+            let direction = direction.unwrap_or_default();
+            let points = || {
+                let of_segment = |&(_, index): &(u32, u32)| segments[index as usize].vertices;
+                group.iter().flat_map(of_segment)
+            };
+            let along = |v: &u32| self.position(*v).dot(direction);
+            let order = |a: &u32, b: &u32| along(a).total_cmp(&along(b));
+            let (low, high) = (points().min_by(order), points().max_by(order));
+            Line {
+                segment,
+                ends: [low, high].map(Option::unwrap_or_default),
+            }
+        }));
+        result
+    }
+
+    fn edge(&self, segment: &Segment, ends: [u32; 2]) -> Edge {
+        let [low, high] = ends.map(|end| self.position(end));
+        let [direction, tangent] = self.frame(segment);
+        let direction = (high - low).normalize_or(direction);
+        let tangent = (tangent - tangent.dot(direction) * direction).normalize();
+        Edge {
+            key: 0,
+            origin: low,
+            direction,
+            length_m: low.distance(high),
             tangent,
-            normal,
-            surface,
-            triangle,
-        });
+            normal: direction.cross(tangent),
+            n: segment.n,
+            faces: segment.faces,
+            free_ends: [true; 2],
+            length_scale: 1.0,
+        }
     }
-    let (x, y) = (faces[0].tangent, direction.cross(faces[0].tangent));
-    for face in &mut faces[1..] {
-        face.angle = face
-            .tangent
-            .dot(y)
-            .atan2(face.tangent.dot(x))
-            .rem_euclid(2.0 * PI);
-    }
-    faces.sort_by(|a, b| a.angle.total_cmp(&b.angle).then(a.surface.cmp(&b.surface)));
-    let gap = |i: usize| match faces.get(i + 1) {
-        Some(next) => next.angle - faces[i].angle,
-        None => faces[0].angle + 2.0 * PI - faces[i].angle,
-    };
-    let widest = (0..faces.len()).max_by(|&a, &b| gap(a).total_cmp(&gap(b)))?;
-    let (first, second) = (faces[widest], faces[(widest + 1) % faces.len()]);
-    if gap(widest) < PI + LEAST_TURN_DEG.to_radians() {
-        return None;
-    }
-    // One large face suffices for a shadow: the other may be narrow, such as a door jamb.
-    let panels = surfaces.is_panel(first.triangle) || surfaces.is_panel(second.triangle);
-    // The air's side of the first face is where angles grow, of the second where they fall.
-    let first_looks_away = first.normal.dot(direction.cross(first.tangent)) < 0.0;
-    let second_looks_away = second.normal.dot(second.tangent.cross(direction)) < 0.0;
-    let rock = shell[first.triangle as usize] && first_looks_away && second_looks_away;
-    (panels && !rock).then_some(Segment {
-        vertices: ends,
-        direction,
-        tangent: first.tangent,
-        n: gap(widest) / PI,
-        faces: [first.surface, second.surface],
-    })
 }
 
 /// The direction or its opposite: the first large component of y, x, z is positive.
@@ -179,68 +304,5 @@ fn oriented(direction: DVec3) -> DVec3 {
         -direction
     } else {
         direction
-    }
-}
-
-/// Joins collinear segments between the same faces that touch.
-fn join(segments: &[Segment], position: impl Fn(u32) -> DVec3) -> Vec<Edge> {
-    let mut ends: Vec<([u32; 2], u32, u32)> = Vec::with_capacity(2 * segments.len());
-    for (index, segment) in segments.iter().enumerate() {
-        for vertex in segment.vertices {
-            ends.push((segment.faces, vertex, index as u32));
-        }
-    }
-    ends.sort_unstable();
-    let mut sets = DisjointSets::new(segments.len());
-    let least = SAME_LINE_DEG.to_radians().cos();
-    for same in ends.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        for (i, &(_, _, a)) in same.iter().enumerate() {
-            for &(_, _, b) in &same[..i] {
-                let (p, q) = (&segments[a as usize], &segments[b as usize]);
-                if p.direction.dot(q.direction) > least && p.tangent.dot(q.tangent) > 0.0 {
-                    sets.union(a, b);
-                }
-            }
-        }
-    }
-    let mut groups: Vec<(u32, u32)> = (0..segments.len() as u32)
-        .map(|index| (sets.root(index), index))
-        .collect();
-    groups.sort_unstable();
-    groups
-        .chunk_by(|a, b| a.0 == b.0)
-        .map(|group| {
-            let points = || {
-                group
-                    .iter()
-                    .flat_map(|&(_, index)| segments[index as usize].vertices)
-            };
-            let along = |v: &u32| position(*v).dot(segments[group[0].0 as usize].direction);
-            let order = |a: &u32, b: &u32| along(a).total_cmp(&along(b));
-            let (low, high) = (points().min_by(order), points().max_by(order));
-            edge(
-                &segments[group[0].0 as usize],
-                low.map(&position),
-                high.map(&position),
-            )
-        })
-        .collect()
-}
-
-fn edge(segment: &Segment, low: Option<DVec3>, high: Option<DVec3>) -> Edge {
-    let (low, high) = (low.unwrap_or_default(), high.unwrap_or_default());
-    let direction = (high - low).normalize_or(segment.direction);
-    let tangent = (segment.tangent - segment.tangent.dot(direction) * direction).normalize();
-    Edge {
-        key: 0,
-        origin: low,
-        direction,
-        length_m: low.distance(high),
-        tangent,
-        normal: direction.cross(tangent),
-        n: segment.n,
-        faces: segment.faces,
-        free_ends: [true; 2],
-        length_scale: 1.0,
     }
 }

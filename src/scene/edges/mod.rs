@@ -4,10 +4,12 @@
 //! description of edge visibility in \[SCHISSLER14\].
 
 mod boundaries;
+mod contacts;
 mod edge;
 mod find;
 mod flush;
 mod free_ends;
+mod longest;
 mod mirrors;
 mod saved;
 mod search_budget;
@@ -19,10 +21,11 @@ use glam::{DVec3, Vec3};
 pub use crate::scene::edges::visibility_graph::{
     FACE_REACH_M, MOST_LISTED, MOST_NEIGHBOURS, REACH_M,
 };
+pub use contacts::FLUSH_M;
+pub(super) use contacts::{Contact, contacts};
 pub(super) use edge::NO_EDGE;
 pub use edge::{Edge, EdgeCrossing, LEAST_LENGTH_M, LEAST_TURN_DEG};
-pub use flush::FLUSH_M;
-pub(super) use flush::{Contact, contacts, pieces};
+pub(super) use flush::pieces;
 pub(super) use mirrors::choose;
 pub use mirrors::{EdgeMirrors, MOST_EDGE_MIRRORS};
 

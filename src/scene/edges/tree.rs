@@ -37,14 +37,18 @@ pub(super) struct EdgeTree {
 
 impl EdgeTree {
     pub(super) fn build(edges: &[Edge]) -> Self {
+        let ends = |edge: &Edge| [edge.origin, edge.at(edge.length_m)];
+        Self::of_ends(&edges.iter().map(ends).collect::<Vec<_>>())
+    }
+
+    /// A tree of lines by their ends.
+    pub(super) fn of_ends(ends: &[[DVec3; 2]]) -> Self {
         let mut tree = Self {
             nodes: Vec::new(),
-            order: (0..edges.len() as u32).collect(),
+            order: (0..ends.len() as u32).collect(),
         };
-        let ends = |edge: &Edge| [edge.origin, edge.at(edge.length_m)];
-        let ends: Vec<[DVec3; 2]> = edges.iter().map(ends).collect();
-        if !edges.is_empty() {
-            tree.split(&ends, 0, edges.len());
+        if !ends.is_empty() {
+            tree.split(ends, 0, ends.len());
         }
         tree
     }

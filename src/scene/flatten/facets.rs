@@ -15,6 +15,9 @@ const ROUGH_DEG: [f64; 2] = [0.1, 60.0];
 /// Least cosine between neighbours of one surface, and between a triangle and its surface.
 pub(super) const LEAST_COSINE: f64 = 0.5;
 
+/// Most triangles at one edge that count as neighbours: bounds the time where thousands meet.
+const MOST_AROUND: usize = 256;
+
 /// All triangles of a mesh.
 pub(super) struct Facets {
     pub(super) corners: Vec<[DVec3; 3]>,
@@ -68,15 +71,16 @@ impl Facets {
         self.corners.len()
     }
 
-    /// Triangles with a common edge.
+    /// Triangles with a common edge, at most [`MOST_AROUND`] at each.
     pub(super) fn neighbours(&self, triangle: u32) -> impl Iterator<Item = u32> + '_ {
         (3 * triangle..3 * triangle + 3).flat_map(move |side| {
             let mut other = self.ring[side as usize];
-            std::iter::from_fn(move || {
+            let all = std::iter::from_fn(move || {
                 let found = other;
                 other = self.ring[other as usize];
                 (found != side).then_some(found / 3)
-            })
+            });
+            all.take(MOST_AROUND)
         })
     }
 

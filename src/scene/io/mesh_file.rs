@@ -169,8 +169,9 @@ impl Position<'_> {
 pub(super) fn crossing_warning(path: &Path, count: usize) -> Option<String> {
     (count > 0).then(|| {
         format!(
-            "{}: the outline of {count} faces crosses itself, so their triangles overlap; export triangles",
-            path.display()
+            "{}: the outline of {count} {} crosses itself, so their triangles overlap; export triangles",
+            path.display(),
+            if count == 1 { "face" } else { "faces" }
         )
     })
 }

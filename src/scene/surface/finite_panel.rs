@@ -4,6 +4,8 @@
 //! that depends on the size, and fades at the edges. The wall of a room is continued by its neighbours on the reflecting
 //! side and is not a finite panel.
 
+use std::ops::Range;
+
 use glam::{DVec3, Vec3};
 
 use super::super::weld::sorted_edges;
@@ -101,68 +103,69 @@ impl FinitePanels {
             .filter(|&t| set.is_panel(t))
             .collect();
         members.sort_unstable_by_key(|&t| (set.triangle_surface[t as usize], roots[t as usize], t));
+        // Small pieces: their area, and their triangles in `members`.
+        let mut small: Vec<(f64, Range<usize>)> = Vec::new();
         let mut piece_index = vec![u32::MAX; triangles.len()];
-        let mut pieces: Vec<Panel> = Vec::new();
+        let corners = |t: u32| triangles[t as usize].map(|v| vertices[v as usize]);
+        let mut first = 0;
         for same in members.chunk_by(|&a, &b| roots[a as usize] == roots[b as usize]) {
-            let corners = |t: &u32| triangles[*t as usize].map(|v| vertices[v as usize]);
-            let normal = set.surfaces[set.triangle_surface[same[0] as usize] as usize].normal;
-            let area_m2 = same.iter().map(|t| area_m2(corners(t))).sum();
+            let range = first..first + same.len();
+            first = range.end;
+            let area_m2 = same.iter().map(|&t| area_m2(corners(t))).sum();
             if area_m2 > largest_m2 {
                 continue;
             }
-            let all = same.iter().flat_map(corners).map(Vec3::as_dvec3);
-            let bound = |of: fn(DVec3, DVec3) -> DVec3| all.clone().reduce(of).unwrap_or_default();
             for &t in same {
-                piece_index[t as usize] = pieces.len() as u32;
+                piece_index[t as usize] = small.len() as u32;
             }
-            pieces.push(Panel {
-                surface: set.triangle_surface[same[0] as usize],
+            small.push((area_m2, range));
+        }
+        drop(roots);
+        let edges = sorted_edges(triangles);
+        let boundary = |visit: &mut dyn FnMut(u32, u32)| {
+            visit_boundary(&edges, &set.triangle_surface, &piece_index, visit);
+        };
+        let mut count = 0;
+        boundary(&mut |_, _| count += 1);
+        if (count * RAYS_A_SEGMENT) as f64 * bvh.crossed_boxes() > MOST_BOXES {
+            // None is free.
+            return Self {
+                pieces: Vec::new(),
+                first: vec![0; set.surfaces.len() + 1],
+            };
+        }
+        let piece = |(area_m2, range): (f64, Range<usize>)| {
+            let same = &members[range];
+            let surface = set.triangle_surface[same[0] as usize];
+            let normal = set.surfaces[surface as usize].normal;
+            let all = same.iter().flat_map(|&t| corners(t)).map(Vec3::as_dvec3);
+            let bound = |of: fn(DVec3, DVec3) -> DVec3| all.clone().reduce(of).unwrap_or_default();
+            Panel {
+                surface,
                 area_m2,
                 triangles: same
                     .iter()
-                    .map(|t| half_planes(corners(t), normal))
+                    .map(|&t| half_planes(corners(t), normal))
                     .collect(),
                 boundary: Vec::new(),
                 free: [false; 2],
                 sides: [Vec3::ZERO; 2],
                 low: bound(DVec3::min) - f64::from(REACH_M),
                 high: bound(DVec3::max) + f64::from(REACH_M),
-            });
-        }
-        // The piece, its segment and the corner opposite of it, for each segment of a boundary.
-        let mut segments: Vec<(u32, usize, Vec3)> = Vec::new();
-        let mut meeting: Vec<u32> = Vec::new();
-        for same in sorted_edges(triangles).chunk_by(|a, b| a.0 == b.0) {
-            // Sorted, because thousands of triangles may meet at one edge.
-            meeting.clear();
-            meeting.extend(
-                same.iter()
-                    .map(|(_, e)| set.triangle_surface[(e / 3) as usize]),
-            );
-            meeting.sort_unstable();
-            for &(_, edge) in same {
-                let (triangle, side) = (edge / 3, edge as usize % 3);
-                let index = piece_index[triangle as usize];
-                let Some(piece) = pieces.get_mut(index as usize) else {
-                    continue;
-                };
-                let own = meeting.partition_point(|&surface| surface < piece.surface);
-                if meeting.get(own + 1) == Some(&piece.surface) {
-                    continue;
-                }
-                let corners = triangles[triangle as usize].map(|v| vertices[v as usize]);
-                segments.push((index, piece.boundary.len(), corners[(side + 2) % 3]));
-                piece.boundary.push(BoundarySegment {
-                    ends: [corners[side], corners[(side + 1) % 3]],
-                    free: [false; 2],
-                });
             }
-        }
-        let rays = segments.len() * RAYS_A_SEGMENT;
-        if rays as f64 * bvh.crossed_boxes() > MOST_BOXES {
-            // None is free.
-            segments.clear();
-        }
+        };
+        let mut pieces: Vec<Panel> = small.into_iter().map(piece).collect();
+        // The piece, its segment and the corner opposite of it, for each segment of a boundary.
+        let mut segments: Vec<(u32, usize, Vec3)> = Vec::with_capacity(count);
+        boundary(&mut |index, edge| {
+            let piece = &mut pieces[index as usize];
+            let (corners, side) = (corners(edge / 3), edge as usize % 3);
+            segments.push((index, piece.boundary.len(), corners[(side + 2) % 3]));
+            piece.boundary.push(BoundarySegment {
+                ends: [corners[side], corners[(side + 1) % 3]],
+                free: [false; 2],
+            });
+        });
         for (index, segment, inner) in segments {
             let piece = &mut pieces[index as usize];
             let normal = set.surfaces[piece.surface as usize].normal.as_vec3();
@@ -258,6 +261,30 @@ impl FinitePanels {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.pieces.is_empty()
+    }
+}
+
+/// Calls `visit` with each piece and the sides of its triangles (`3 t + e`) that no other triangle of its surface meets.
+fn visit_boundary(
+    sides: &[(u64, u32)],
+    triangle_surface: &[u32],
+    piece_index: &[u32],
+    visit: &mut dyn FnMut(u32, u32),
+) {
+    let surface = |side: u32| triangle_surface[(side / 3) as usize];
+    let mut meeting: Vec<u32> = Vec::new();
+    for same in sides.chunk_by(|a, b| a.0 == b.0) {
+        // Sorted, because thousands of triangles may meet at one edge.
+        meeting.clear();
+        meeting.extend(same.iter().map(|(_, side)| surface(*side)));
+        meeting.sort_unstable();
+        for &(_, side) in same {
+            let index = piece_index[(side / 3) as usize];
+            let own = meeting.partition_point(|&other| other < surface(side));
+            if index != u32::MAX && meeting.get(own + 1) != Some(&surface(side)) {
+                visit(index, side);
+            }
+        }
     }
 }
 

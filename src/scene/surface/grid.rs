@@ -376,14 +376,16 @@ impl Grid {
     /// Marks cells that several triangles cover together. Where two triangles share every edge in a cell, the cell is covered
     /// or empty; its middle decides.
     fn cover_together(&self, members: &[FlatTriangle], whole: &mut [bool]) {
-        let mut edges: Vec<[u32; 4]> = members.iter().flat_map(FlatTriangle::edges).collect();
+        // One number is compared faster than four.
+        let packed = |edge: &[u32; 4]| edge.iter().fold(0, |sum, &n| sum << 32 | u128::from(n));
+        let all = members.iter().flat_map(FlatTriangle::edges);
+        let mut edges: Vec<u128> = all.map(|edge| packed(&edge)).collect();
         edges.sort_unstable();
         let count = |edge: &[u32; 4]| {
-            let from = edges.partition_point(|other| other < edge);
-            edges[from..]
-                .iter()
-                .take_while(|other| *other == edge)
-                .count()
+            let edge = packed(edge);
+            let from = edges.partition_point(|other| *other < edge);
+            let same = edges[from..].iter();
+            same.take_while(|other| **other == edge).count()
         };
         let mut ends = vec![false; whole.len()];
         for triangle in members {

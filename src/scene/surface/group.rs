@@ -31,6 +31,9 @@ const OFFSET_CELL_M: f64 = 8e-3;
 /// coincide.
 const MOST_COMPARISONS: usize = 500;
 
+/// Most triangles at one edge that are compared with one of them: bounds the time where thousands meet.
+const MOST_AROUND: usize = 256;
+
 const UNASSIGNED: u32 = u32::MAX;
 
 /// A surface in the file's coordinates.
@@ -92,7 +95,8 @@ pub(super) fn group(mesh: &TriangleMesh, centre: DVec3) -> Groups {
                 .iter()
                 .all(|&i| distance_m(plane, position(i)) <= SAME_PLANE_DISTANCE_M)
     };
-    let patches = grow(mesh, &order, |seed, number| {
+    let direction = |number: u32| facets[number as usize].plane.normal.to_array();
+    let patches = grow(mesh, &order, direction, |seed, number| {
         fits(facets[seed as usize].plane, number)
     });
     let roots = union(mesh, &facets, &patches, fits);
@@ -205,12 +209,31 @@ struct Patches {
     first_member: Vec<u32>,
 }
 
-fn grow(mesh: &TriangleMesh, order: &[u32], fits: impl Fn(u32, u32) -> bool) -> Patches {
+fn grow(
+    mesh: &TriangleMesh,
+    order: &[u32],
+    direction: impl Fn(u32) -> [f64; 3],
+    fits: impl Fn(u32, u32) -> bool,
+) -> Patches {
     // `ring[3 t + e]` is the next triangle side along the same edge, cyclically.
     let mut ring = vec![0u32; 3 * mesh.triangles.len()];
+    let mut around: Vec<([f64; 3], u32)> = Vec::new();
     for same in sorted_edges(&mesh.triangles).chunk_by(|a, b| a.0 == b.0) {
-        for (i, &(_, side)) in same.iter().enumerate() {
-            ring[side as usize] = same[(i + 1) % same.len()].1;
+        around.clear();
+        around.extend(same.iter().map(|&(_, side)| ([0.0; 3], side)));
+        if around.len() > MOST_AROUND {
+            // Those of nearly one plane are next to each other.
+            for (normal, side) in &mut around {
+                *normal = direction(*side / 3);
+            }
+            around.sort_unstable_by(|a, b| {
+                let mut axes = a.0.iter().zip(&b.0).map(|(a, b)| a.total_cmp(b));
+                let first = axes.find(|order| order.is_ne());
+                first.unwrap_or_else(|| a.1.cmp(&b.1))
+            });
+        }
+        for (i, &(_, side)) in around.iter().enumerate() {
+            ring[side as usize] = around[(i + 1) % around.len()].1;
         }
     }
     let mut patches = Patches {
@@ -234,7 +257,9 @@ fn grow(mesh: &TriangleMesh, order: &[u32], fits: impl Fn(u32, u32) -> bool) -> 
             next += 1;
             for side in 3 * number..3 * number + 3 {
                 let mut other = ring[side as usize];
-                while other != side {
+                let mut looked_at = 1;
+                while other != side && looked_at < MOST_AROUND {
+                    looked_at += 1;
                     let neighbour = other / 3;
                     if patches.of_triangle[neighbour as usize] == UNASSIGNED
                         && mesh.triangle_materials[neighbour as usize] == material

@@ -26,15 +26,15 @@ pub(super) fn large_enough(
 /// The first triangle of each triangle's connected piece of its surface.
 pub(super) fn roots(triangles: &[[u32; 3]], triangle_surface: &[u32]) -> Vec<u32> {
     let mut pieces = DisjointSets::new(triangles.len());
+    let surface = |&(_, side): &(u64, u32)| triangle_surface[(side / 3) as usize];
+    let mut meeting: Vec<(u32, u32)> = Vec::new();
     for same in sorted_edges(triangles).chunk_by(|a, b| a.0 == b.0) {
-        // Rarely more than two; all of one surface are united with the first.
-        for (position, (_, edge)) in same.iter().enumerate() {
-            let alike = |other: &&(u64, u32)| {
-                triangle_surface[(other.1 / 3) as usize] == triangle_surface[(edge / 3) as usize]
-            };
-            if let Some((_, first)) = same[..position].iter().find(alike) {
-                pieces.union(first / 3, edge / 3);
-            }
+        // Sorted, because thousands of triangles may meet at one edge.
+        meeting.clear();
+        meeting.extend(same.iter().map(|side| (surface(side), side.1 / 3)));
+        meeting.sort_unstable();
+        for pair in meeting.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+            pieces.union(pair[0].1, pair[1].1);
         }
     }
     (0..triangles.len() as u32)

@@ -163,6 +163,8 @@ fn invalid_sounds_listeners_and_outputs_are_refused() {
         ),
         ("case.csv", "t,x,y,z,Yaw\n0,1,1,1,90\n", "case.csv:1"),
         ("roll.csv", "t,x,y,z,roll\n0,1,1,1,5\n", "roll.csv:1"),
+        ("comma.csv", "t,x,y,z\n0,5,1,1,1\n", "comma.csv:2"),
+        ("short.csv", "t,x,y,z,yaw\n0,1,1,1\n", "short.csv:2"),
         ("word.csv", "t,x,y,z\n0,1,1,one\n", "word.csv:2"),
         ("nan.csv", "t,x,y,z\n0,1,nan,1\n", "nan.csv:2"),
         ("none.csv", "t,x,y,z\n", "none.csv"),

@@ -192,6 +192,8 @@ fn walks(errors: &mut Errors) {
         b"t,x,y,z\n0,1e9,1,1\n",
         b"t,x,y,z\n1,1,1,1\n0,1,1,1\n",
         b"t,x,y,z,Yaw\n0,1,1,1,0\n",
+        b"t,x,y,z\n0,5,1,1,1\n",
+        b"t,x,y,z,yaw\n0,1,1,1\n",
         b"t,x,y,z\n0,1,one,1\n",
         b"a,b\n1,2\n",
         b"t,x,y,z\n0,\xff,1,1\n",

@@ -49,6 +49,12 @@ pub(crate) fn make(errors: &mut Errors) {
     let mut coarse = usual;
     coarse.acoustic_tolerance_m = Some(2.0);
     errors.of("a tolerance of two metres", commit(&room(), &coarse));
+    let mut small = usual;
+    small.min_panel_m2 = f64::NAN;
+    errors.of("panels of no area", commit(&room(), &small));
+    let mut finite = usual;
+    finite.max_finite_panel_m2 = -1.0;
+    errors.of("finite panels below 0 m²", commit(&room(), &finite));
     parts(errors);
     saved(errors);
 }
