@@ -2,12 +2,15 @@
 //!
 //! `count_work rays FOLDER SCENE SET PASSES` traces the rays written by `bench rays --dump FOLDER`, `PASSES` times;
 //! `count_work update SCENE SOURCES UPDATES [LISTENERS]` runs propagation updates for a listener walking at 1.4 m/s, or for several
-//! beside each other; `count_work sound SCENE SOURCES UPDATES LISTENERS` runs the whole engine instead. The difference of
-//! two runs with different counts excludes start-up (`benches/count-aarch64.sh`).
+//! beside each other; `count_work sound SCENE SOURCES UPDATES LISTENERS` runs the whole engine instead;
+//! `count_work direct SCENE SOURCES UPDATES` computes the direct field of twelve graphics frames after each of so many updates, and
+//! `count_work edges` only those updates. The difference of two runs with different counts excludes start-up
+//! (`benches/count-aarch64.sh`).
 
 use std::fs;
 use std::sync::Arc;
 
+use foresound::extrapolation::{Extrapolator, FramePaths, PredictorKind};
 use foresound::geometry::bvh::NO_GROUP;
 use foresound::geometry::{Bvh, Ray};
 use foresound::glam::Vec3;
@@ -33,7 +36,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ["sound", scene, sources, updates, listeners] => {
             sound(scene, sources.parse()?, updates.parse()?, listeners.parse()?)
         }
-        _ => Err("arguments: rays FOLDER SCENE SET PASSES | update SCENE SOURCES UPDATES [LISTENERS] | sound SCENE SOURCES UPDATES LISTENERS".into()),
+        ["direct", scene, sources, updates] => direct(scene, sources.parse()?, updates.parse()?, 12),
+        ["edges", scene, sources, updates] => direct(scene, sources.parse()?, updates.parse()?, 0),
+        _ => Err("arguments: rays FOLDER SCENE SET PASSES | update SCENE SOURCES UPDATES [LISTENERS] | sound SCENE SOURCES UPDATES LISTENERS | direct SCENE SOURCES UPDATES | edges SCENE SOURCES UPDATES".into()),
     }
 }
 
@@ -156,5 +161,57 @@ fn update(
         }
     }
     eprintln!("{} sources, {} paths", sources.len(), set.paths.len());
+    Ok(())
+}
+
+/// The direct field of graphics frames by itself: each update is stored without its paths and late energy.
+fn direct(
+    name: &str,
+    count: usize,
+    updates: u32,
+    frames: u32,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let benchmark = procedural::by_name(name).ok_or("no such scene")?;
+    let table = MaterialTable::built_in();
+    let scene = Scene::commit(&benchmark.mesh, &table, &SceneSettings::default())?;
+    let scene = Arc::new(scene);
+    let settings = PropagationSettings {
+        guide_rays: 1,
+        source_rays: 1,
+        ..PropagationSettings::default()
+    };
+    let min_distance_m = settings.min_distance_m;
+    let mut propagator = Propagator::new(Arc::clone(&scene), settings)?;
+    let sources: Vec<SourcePose> = (0..)
+        .zip(benchmark.sources.iter().take(count))
+        .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot, 0), *position))
+        .collect();
+    let walk = &benchmark.walk;
+    let mut extrapolator = Extrapolator::new(scene, PredictorKind::Hold, min_distance_m);
+    let (mut frame, mut digest, mut edges) = (FramePaths::default(), 0u64, 0);
+    for step in 0..updates {
+        let mut set = PathSet::default();
+        propagator.update(&ear(walk, step, 0), &sources, 0.0, &mut set);
+        set.paths.clear();
+        set.late.clear();
+        edges += set.direct_edges.len();
+        extrapolator.store_update(set, 12);
+        for part in 0..frames {
+            let [from, to] = [0, 1].map(|next| ear(walk, step + next, 0));
+            let share = part as f32 / frames as f32;
+            let listener = ListenerPose {
+                position: from.position.lerp(to.position, share),
+                ..from
+            };
+            extrapolator.frame(&listener, &sources, &mut frame);
+            let bits = frame.paths.iter().flat_map(|path| path.amplitude);
+            for value in bits {
+                digest = (digest.rotate_left(5) ^ u64::from(value.to_bits()))
+                    .wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            }
+        }
+    }
+    let edges = edges as f64 / f64::from(updates) / sources.len() as f64;
+    eprintln!("{edges:.2} edges a source, digest {digest:016x}");
     Ok(())
 }

@@ -8,9 +8,13 @@
 //! within the bound that each kernel states.
 
 use super::F32x8;
+use crate::simd::doubles::{Doubles, F64x4};
 
 /// Eight `f32` in registers. Methods instead of operators: the order of roundings is explicit where it is chosen.
 pub(crate) trait Lanes: Copy {
+    /// Four `f64` of the same instruction set.
+    type Doubles: Doubles;
+
     /// From an array.
     fn from_array(lanes: F32x8) -> Self;
     /// To an array.
@@ -146,6 +150,8 @@ impl<L: Lanes> Lanes16<L> {
 macro_rules! array_lanes {
     ($name:ty, $wrap:expr, $multiply_add:expr) => {
         impl Lanes for $name {
+            type Doubles = F64x4;
+
             #[inline(always)]
             fn from_array(lanes: F32x8) -> Self {
                 $wrap(lanes.0)

@@ -1,12 +1,14 @@
-//! Eight-lane `f32` arithmetic and memory prefetch.
+//! Eight-lane `f32` and four-lane `f64` arithmetic and memory prefetch.
 //!
 //! - [`F32x8`]: eight numbers in an array, the storage format everywhere;
 //! - `Lanes`: the same eight numbers in vector registers, and `Lanes16`, two of them;
+//! - `Doubles`: four `f64`, and `ComplexLanes`, complex numbers of them;
 //! - `kernel!`: a function written once over `Lanes` and compiled for every instruction set;
 //! - `x86`, `neon`: the registers of each instruction set, by `core::arch`.
 //!
 //! Any thread; nothing here allocates or blocks.
 
+pub(crate) mod doubles;
 mod f32x8;
 pub(crate) mod kernel;
 pub(crate) mod lanes;
@@ -15,6 +17,7 @@ pub(crate) mod neon;
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod x86;
 
+pub(crate) use doubles::{ComplexLanes, Doubles};
 pub use f32x8::F32x8;
 pub(crate) use kernel::{LaneSet, kernel};
 pub(crate) use lanes::{LANE_INDICES, Lanes, Lanes16};

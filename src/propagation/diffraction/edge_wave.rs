@@ -1,24 +1,26 @@
 //! Shared by all diffracted paths: visibility of an edge, the diffracted field there, and the resulting [`Path`].
 
+use std::array::from_fn;
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
 use crate::acoustics::bands::CENTRES_HZ;
-use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BANDS, BandArray, smoothstep};
 use crate::geometry::Ray;
 use crate::propagation::amplitude::{apply_directivity, free_field};
 use crate::propagation::diffraction::MIN_RELATIVE_AMPLITUDE;
 use crate::propagation::diffraction::complex::{Complex, ComplexBands};
-use crate::propagation::diffraction::truncation;
-use crate::propagation::diffraction::utd::wedge_field;
-use crate::propagation::diffraction::wedge_geometry::{DiffractedField, Spread, WedgeAngles};
+use crate::propagation::diffraction::transition::{HALF, HalfWave, halves, transition_of_half};
+use crate::propagation::diffraction::truncation::Ends;
+use crate::propagation::diffraction::utd::{WedgeWaves, wedge_waves};
+use crate::propagation::diffraction::wedge_geometry::{Spread, WedgeAngles};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::{Interaction, interaction_path_id};
 use crate::propagation::path::{MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use crate::scene::Scene;
 use crate::scene::edges::{Edge, EdgeCrossing};
+use crate::simd::{ComplexLanes, Doubles, LaneSet, kernel};
 
 /// Distance of [`sight_point`] from its edge in metres: a third surface that touches the edge does not occlude it.
 const CLEARANCE_M: f64 = 1e-3;
@@ -63,7 +65,7 @@ pub fn barrier_loss(scene: &Scene, edge: &Edge) -> BandArray {
         return through.map(|t| 1.0 - t);
     }
     let other = scene.transmission_factor(b);
-    std::array::from_fn(|band| 1.0 - through[band] * other[band])
+    from_fn(|band| 1.0 - through[band] * other[band])
 }
 
 /// The diffracted field of one edge relative to the free field over the same length, without its delay: first the part
@@ -99,42 +101,105 @@ pub(super) fn field_of_faces(
         true => barrier_loss(scene, edge),
         false => [1.0; BANDS],
     };
-    let (mut incident, mut reflected) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
     let wavenumbers = wavenumbers(scene);
     let kl = wavenumbers.map(|wavenumber| wavenumber * spread.distance_m);
-    let mut fields = wedge_field(&angles, spread, &kl);
-    let continued = fields.map(|field| [weight(0, field.first_face), weight(1, field.second_face)]);
-    truncate(&mut fields, &angles, crossing, &wavenumbers, &kl);
-    for (b, field) in fields.iter().enumerate() {
-        incident[b] = field.incident * f64::from(loss[b]);
-        let face = |i: usize, wave: Complex| {
-            let factor = spherical_reflection_factor(faces[i], b, cosines[i], kl[b]);
-            wave * (factor * continued[b][i])
-        };
-        reflected[b] = face(0, field.first_face) + face(1, field.second_face);
+    let mut waves = wedge_waves(&angles, spread, &kl);
+    let of_faces = waves.halves.map(|half| {
+        [0, 1].map(|face| FaceFactors {
+            continued: from_fn(|b| weight(face, half.parts[1 + face].at(b))),
+            cosine: cosines[face],
+            ..FaceFactors::default()
+        })
+    });
+    truncate(&mut waves, crossing, &wavenumbers, &kl);
+    let (mut incident, mut reflected) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
+    for (half, (kl, mut of_faces)) in halves(&kl).iter().zip(of_faces).enumerate() {
+        let first = half * HALF;
+        for (factors, face) in of_faces.iter_mut().zip(faces) {
+            factors.impedance = from_fn(|b| f64::from(face.impedance[first + b]));
+            factors.residue = from_fn(|b| f64::from(face.residue[first + b]));
+        }
+        let loss = from_fn(|b| f64::from(loss[first + b]));
+        let mut result = [HalfWave::default(); 2];
+        combine(
+            LaneSet::best(),
+            &waves.halves[half].parts,
+            &loss,
+            &of_faces,
+            kl,
+            &mut result,
+        );
+        for b in 0..HALF {
+            incident[first + b] = result[0].at(b);
+            reflected[first + b] = result[1].at(b);
+        }
     }
     (incident, reflected)
+}
+
+/// Factors on the part of one face in half of the bands.
+#[derive(Clone, Copy, Default)]
+struct FaceFactors {
+    continued: [f64; HALF],
+    impedance: [f64; HALF],
+    residue: [f64; HALF],
+    /// Cosine of the angle of incidence.
+    cosine: f64,
+}
+
+kernel! {
+    /// The incident part times what the wall removes, and the faces' parts times their factors. Bands are lanes.
+    fn combine<Wide>(
+        parts: &[HalfWave; 3],
+        loss: &[f64; HALF],
+        faces: &[FaceFactors; 2],
+        kl: &[f64; HALF],
+        result: &mut [HalfWave; 2],
+    ) {
+        let incident = parts[0].load::<Wide::Doubles>();
+        result[0].store(incident.scale(Wide::Doubles::load(loss)));
+        let kl = Wide::Doubles::load(kl);
+        let first = of_face(&parts[1], &faces[0], kl);
+        let second = of_face(&parts[2], &faces[1], kl);
+        result[1].store(first.add(second));
+    }
+}
+
+/// The part of a face times its factors.
+#[inline(always)]
+fn of_face<D: Doubles>(part: &HalfWave, face: &FaceFactors, kl: D) -> ComplexLanes<D> {
+    let factor = spherical_reflection_factor(face, kl);
+    part.load().scale(factor.mul(D::load(&face.continued)))
 }
 
 /// Removes from the field of an infinite edge what lies beyond the edge's ends. Beyond an end the field is relative to
 /// the free field over the path through it.
 fn truncate(
-    fields: &mut [DiffractedField; BANDS],
-    angles: &WedgeAngles,
+    waves: &mut WedgeWaves,
     crossing: &EdgeCrossing,
     wavenumbers: &[f64; BANDS],
     kl: &[f64; BANDS],
 ) {
+    let ends = Ends::of(crossing.excess_m, wavenumbers);
+    if !ends.reach(0) {
+        return;
+    }
     let beyond_m = crossing.beyond_m();
     let weight = crossing.beyond_weight() * crossing.length_m() / (crossing.length_m() - beyond_m);
-    let arguments = (angles.transition_arguments()).map(|argument| kl.map(|kl| kl * argument));
-    let Some(shares) = truncation::shares(crossing.excess_m, wavenumbers, &arguments) else {
-        return;
-    };
-    for (b, field) in fields.iter_mut().enumerate() {
-        field.incident = field.incident * shares[0][b] * weight;
-        field.first_face = field.first_face * shares[1][b] * weight;
-        field.second_face = field.second_face * shares[2][b] * weight;
+    let arguments = waves.arguments;
+    let incident = usize::from(arguments[1] < arguments[0]);
+    for (index, (half, kl)) in waves.halves.iter_mut().zip(&halves(kl)).enumerate() {
+        if !ends.reach(index) && weight == 1.0 {
+            continue;
+        }
+        // At the nearer of the incident wave's boundaries, and at those of the faces' reflections.
+        let boundaries = [incident, 2, 3];
+        let arguments = boundaries.map(|boundary| kl.map(|kl| kl * arguments[boundary]));
+        let whole = match &half.alone {
+            Some(alone) => boundaries.map(|boundary| alone[boundary]),
+            None => arguments.map(|argument| transition_of_half(&argument)),
+        };
+        ends.truncate(index, &arguments, &whole, weight, &mut half.parts);
     }
 }
 
@@ -174,12 +239,18 @@ pub fn finite_panel_faces(scene: &Scene, edge: &Edge, apex: DVec3) -> [bool; 2] 
 ///
 /// Weyl and van der Pol's Q = R + (1 − R) F(w), w = ½ k L (cos θ + 1/ζ)² (\[ATTENBOROUGH88\]), adapted: the boundary
 /// loss F is replaced by a fraction of its size, 1 − √(πw) for small w and 1/2w for large w.
-fn spherical_reflection_factor(face: &Reflectance, band: usize, cosine: f64, kl: f64) -> f64 {
-    let impedance = f64::from(face.impedance[band]);
-    let plane = (impedance * cosine - 1.0) / (impedance * cosine + 1.0);
-    let w = 0.5 * kl * (cosine + 1.0 / impedance).powi(2);
-    let loss = 1.0 / (1.0 + (PI * w).sqrt() + 2.0 * w);
-    (plane + (1.0 - plane) * loss) * f64::from(face.residue[band])
+#[inline(always)]
+fn spherical_reflection_factor<D: Doubles>(face: &FaceFactors, kl: D) -> D {
+    let (one, cosine) = (D::splat(1.0), D::splat(face.cosine));
+    let impedance = D::load(&face.impedance);
+    let product = impedance.mul(cosine);
+    let plane = product.sub(one).div(product.add(one));
+    let sum = cosine.add(one.div(impedance));
+    let w = D::splat(0.5).mul(kl).mul(sum.mul(sum));
+    let root = D::splat(PI).mul(w).sqrt();
+    let loss = one.div(one.add(root).add(D::splat(2.0).mul(w)));
+    let factor = plane.add(one.sub(plane).mul(loss));
+    factor.mul(D::load(&face.residue))
 }
 
 /// Lengths of a path over one edge.

@@ -2,8 +2,7 @@
 
 use crate::acoustics::BANDS;
 use crate::propagation::diffraction::complex::Complex;
-use crate::propagation::diffraction::wedge_geometry::DiffractedField;
-use crate::simd::{LaneSet, kernel};
+use crate::simd::{ComplexLanes, Doubles, LaneSet, kernel};
 
 /// Weideman's series for the Faddeeva function, N = 12 (\[WEIDEMAN94\]): L = √(N/√2), and the coefficients of the
 /// polynomial, highest power first.
@@ -23,15 +22,60 @@ const COEFFICIENTS: [f64; 12] = [
     1.476_710_773_398_823,
 ];
 
+/// Half of the bands: the lanes of one kernel.
+pub(crate) const HALF: usize = BANDS / 2;
+
+/// Complex pressures in half of the bands, real and imaginary parts apart.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct HalfWave {
+    re: [f64; HALF],
+    im: [f64; HALF],
+}
+
+impl HalfWave {
+    #[inline(always)]
+    pub(crate) fn load<D: Doubles>(&self) -> ComplexLanes<D> {
+        ComplexLanes {
+            re: D::load(&self.re),
+            im: D::load(&self.im),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn store<D: Doubles>(&mut self, lanes: ComplexLanes<D>) {
+        lanes.re.store(&mut self.re);
+        lanes.im.store(&mut self.im);
+    }
+
+    /// The pressure in a band of the half.
+    #[inline(always)]
+    pub(crate) fn at(&self, band: usize) -> Complex {
+        Complex::new(self.re[band], self.im[band])
+    }
+
+    #[inline(always)]
+    pub(crate) fn set(&mut self, band: usize, value: Complex) {
+        (self.re[band], self.im[band]) = (value.re, value.im);
+    }
+}
+
+/// The lower and the upper half of values by band.
+pub(crate) fn halves(values: &[f64; BANDS]) -> [[f64; HALF]; 2] {
+    let [a, b, c, d, e, f, g, h] = *values;
+    [[a, b, c, d], [e, f, g, h]]
+}
+
 /// e^(jx) erfc(e^(jπ/4) √x) for x ≥ 0, one x per band: 1 at a shadow boundary (x = 0), ½/√x and less far from it.
 ///
 /// Kouyoumjian and Pathak's F(x) is √(πx) e^(jπ/4) times this (\[KOUYOUMJIAN74\] 26); in this form the cotangent's pole
 /// and the root's zero cancel ([`crate::propagation::diffraction::utd`]). It is the Faddeeva function at
 /// z = e^(3πj/4) √x. Relative error 5e-6, that is 0.00004 dB.
 pub fn transition(x: &[f64; BANDS]) -> [Complex; BANDS] {
-    let mut result = [Complex::ZERO; BANDS];
-    in_lanes(LaneSet::best(), x, &mut result);
-    result
+    let mut waves = [HalfWave::default(); 2];
+    for (x, wave) in halves(x).iter().zip(&mut waves) {
+        *wave = transition_of_half(x);
+    }
+    std::array::from_fn(|b| waves[b / HALF].at(b % HALF))
 }
 
 /// The wave of one boundary: an amplitude, and the transition function's argument over kL.
@@ -41,55 +85,77 @@ pub(crate) struct BoundaryTerm {
     pub(crate) argument: f64,
 }
 
-/// Sum of the waves of four boundaries ([`crate::propagation::diffraction::wedge_geometry::WedgeAngles`]) per band.
-pub(crate) fn boundary_waves(
-    terms: &[BoundaryTerm; 4],
-    kl: &[f64; BANDS],
-) -> [DiffractedField; BANDS] {
-    let mut fields = [DiffractedField::default(); BANDS];
-    for (boundary, term) in terms.iter().enumerate() {
-        if term.amplitude != 0.0 {
-            let waves = transition(&kl.map(|kl| kl * term.argument));
-            for (field, wave) in fields.iter_mut().zip(waves) {
-                *field.part_mut(boundary) += wave * term.amplitude;
-            }
-        }
+/// The waves of four boundaries in half of the bands.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct BoundaryWaves {
+    /// Their sums in the order of [`DiffractedField`]'s parts.
+    ///
+    /// [`DiffractedField`]: crate::propagation::diffraction::wedge_geometry::DiffractedField
+    pub(crate) parts: [HalfWave; 3],
+    /// The transition function of each, without its amplitude; 0 without one.
+    pub(crate) alone: [HalfWave; 4],
+}
+
+/// The transition function of lanes.
+#[inline(always)]
+pub(super) fn transition_lanes<D: Doubles>(x: D) -> ComplexLanes<D> {
+    const SCALE: f64 = 0.5 * std::f64::consts::FRAC_2_SQRT_PI;
+    let root = D::splat(0.5).mul(x.max(D::splat(0.0))).sqrt();
+    let (far_re, near_re) = (D::splat(L).add(root), D::splat(L).sub(root));
+    let square = root.mul(root);
+    let size = far_re.mul(far_re).add(square);
+    let minus_root = D::splat(-0.0).sub(root);
+    let ratio = ComplexLanes {
+        re: near_re.mul(far_re).sub(square).div(size),
+        im: minus_root.mul(far_re).sub(near_re.mul(root)).div(size),
+    };
+    let inverse = ComplexLanes {
+        re: far_re.div(size),
+        im: minus_root.div(size),
+    };
+    let mut sum = ComplexLanes::splat(COEFFICIENTS[0], 0.0);
+    for coefficient in &COEFFICIENTS[1..] {
+        sum = sum.mul(ratio);
+        sum.re = sum.re.add(D::splat(*coefficient));
     }
-    fields
+    let mut value = sum.mul(inverse).scale(D::splat(2.0));
+    value.re = value.re.add(D::splat(SCALE));
+    inverse.mul(value)
+}
+
+/// [`transition`] in half of the bands.
+pub(crate) fn transition_of_half(x: &[f64; HALF]) -> HalfWave {
+    let mut result = HalfWave::default();
+    in_lanes(LaneSet::best(), x, &mut result);
+    result
 }
 
 kernel! {
-    /// Bands are lanes. No fused products: all machines give the same bits.
-    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
-    fn in_lanes<Wide>(x: &[f64; BANDS], result: &mut [Complex; BANDS]) {
-        const SCALE: f64 = 0.5 * std::f64::consts::FRAC_2_SQRT_PI;
-        let (mut ratio_re, mut ratio_im) = ([0.0; BANDS], [0.0; BANDS]);
-        let (mut inverse_re, mut inverse_im) = ([0.0; BANDS], [0.0; BANDS]);
-        for b in 0..BANDS {
-            let root = (0.5 * x[b].max(0.0)).sqrt();
-            let (far_re, near_re) = (L + root, L - root);
-            let size = far_re * far_re + root * root;
-            ratio_re[b] = (near_re * far_re - root * root) / size;
-            ratio_im[b] = (-root * far_re - near_re * root) / size;
-            inverse_re[b] = far_re / size;
-            inverse_im[b] = -root / size;
-        }
-        let (mut sum_re, mut sum_im) = ([0.0; BANDS], [0.0; BANDS]);
-        for coefficient in COEFFICIENTS {
-            for b in 0..BANDS {
-                let re = sum_re[b] * ratio_re[b] - sum_im[b] * ratio_im[b];
-                let im = sum_re[b] * ratio_im[b] + sum_im[b] * ratio_re[b];
-                sum_re[b] = re + coefficient;
-                sum_im[b] = im;
+    /// Bands are lanes.
+    fn in_lanes<Wide>(x: &[f64; HALF], result: &mut HalfWave) {
+        result.store(transition_lanes(Wide::Doubles::load(x)));
+    }
+}
+
+kernel! {
+    /// Sums of the waves of four boundaries ([`crate::propagation::diffraction::wedge_geometry::WedgeAngles`]).
+    pub(crate) fn boundary_waves<Wide>(
+        terms: &[Option<BoundaryTerm>; 4],
+        kl: &[f64; HALF],
+        result: &mut BoundaryWaves,
+    ) {
+        let kl = Wide::Doubles::load(kl);
+        let mut parts = [ComplexLanes::splat(0.0, 0.0); 3];
+        for (boundary, part) in [0, 0, 1, 2].into_iter().enumerate() {
+            if let Some(term) = &terms[boundary] {
+                let alone = transition_lanes(kl.mul(Wide::Doubles::splat(term.argument)));
+                result.alone[boundary].store(alone);
+                let wave = alone.scale(Wide::Doubles::splat(term.amplitude));
+                parts[part] = parts[part].add(wave);
             }
         }
-        for b in 0..BANDS {
-            let re = 2.0 * (sum_re[b] * inverse_re[b] - sum_im[b] * inverse_im[b]) + SCALE;
-            let im = 2.0 * (sum_re[b] * inverse_im[b] + sum_im[b] * inverse_re[b]);
-            result[b] = Complex::new(
-                inverse_re[b] * re - inverse_im[b] * im,
-                inverse_re[b] * im + inverse_im[b] * re,
-            );
+        for part in 0..3 {
+            result.parts[part].store(parts[part]);
         }
     }
 }

@@ -9,9 +9,9 @@
 use std::f64::consts::{FRAC_1_PI, PI};
 
 use crate::acoustics::{BANDS, smoothstep};
-use crate::propagation::diffraction::complex::{Complex, ComplexBands};
-use crate::propagation::diffraction::transition::transition;
-use crate::simd::{LaneSet, kernel};
+use crate::propagation::diffraction::complex::Complex;
+use crate::propagation::diffraction::transition::{HALF, HalfWave, halves, transition_lanes};
+use crate::simd::{ComplexLanes, Doubles, LaneSet, kernel};
 
 /// Phase in radians from which the part beyond an end no longer interferes with the edge's wave within an octave, and the
 /// phase where it begins to fade.
@@ -57,147 +57,190 @@ const COSINE: [f64; 9] = [
     1.0,
 ];
 
-/// Shares of three waves with the transition function's `arguments` that remain of an edge with ends at these excess lengths
-/// ([`crate::scene::edges::EdgeCrossing::excess_m`]), by band; `None` if all of them remains. Beyond an end the phase is that
-/// of the path over the end.
-pub(super) fn shares(
+/// The ends of an edge whose waves interfere with its own.
+pub(super) struct Ends<'a> {
     excess_m: [f64; 2],
-    wavenumbers: &[f64; BANDS],
-    arguments: &[[f64; BANDS]; 3],
-) -> Option<[ComplexBands; 3]> {
-    let is_near = |excess: f64| wavenumbers[0] * excess < SEPARATE_PHASE;
-    if !excess_m.into_iter().any(is_near) {
-        return None;
-    }
-    let beyond_m = excess_m.into_iter().fold(0.0, |most: f64, m| most.max(-m));
-    let is_beyond = beyond_m > 0.0;
-    let whole = [0, 1, 2].map(|part| transition(&arguments[part]));
-    let all = match is_beyond {
-        true => Complex::ZERO,
-        false => Complex::ONE,
-    };
-    let mut result = [[all; BANDS]; 3];
-    for excess in excess_m.into_iter().filter(|excess| is_near(*excess)) {
-        let phases = wavenumbers.map(|wavenumber| wavenumber * excess.abs());
-        let at_end = transition(&phases);
-        let mut later = [Complex::ZERO; BANDS];
-        turn_back(LaneSet::best(), &phases, &mut later);
-        let end = End {
-            phases,
-            at_end,
-            turned: later,
-        };
-        if is_beyond {
-            later = std::array::from_fn(|b| Complex::cis(wavenumbers[b] * beyond_m - phases[b]));
+    beyond_m: f64,
+    wavenumbers: &'a [f64; BANDS],
+}
+
+impl<'a> Ends<'a> {
+    /// Ends with these excess lengths ([`crate::scene::edges::EdgeCrossing::excess_m`]).
+    pub(super) fn of(excess_m: [f64; 2], wavenumbers: &'a [f64; BANDS]) -> Self {
+        Self {
+            excess_m,
+            beyond_m: excess_m.into_iter().fold(0.0, |most: f64, m| most.max(-m)),
+            wavenumbers,
         }
-        let weights = phases.map(|phase| {
-            1.0 - smoothstep((phase - JOINED_PHASE) / (SEPARATE_PHASE - JOINED_PHASE))
-        });
-        for part in 0..3 {
-            let cut = end.beyond(&arguments[part], &whole[part]);
-            for b in 0..BANDS {
-                let cut = cut[b] / whole[part][b];
-                if excess < 0.0 {
-                    result[part][b] += cut;
-                } else if weights[b] > 0.0 {
-                    result[part][b] = result[part][b] - cut * later[b] * weights[b];
+    }
+
+    /// Whether an end reaches into half of the bands: a path lies beyond it, or what lies beyond it still interferes.
+    pub(super) fn reach(&self, half: usize) -> bool {
+        // Frequency rises with the band.
+        let lowest = self.wavenumbers[half * HALF];
+        let mut ends = self.excess_m.into_iter();
+        ends.any(|excess_m| lowest * excess_m < SEPARATE_PHASE)
+    }
+
+    /// Takes from three waves in half of the bands what lies beyond the ends, and applies a weight. `arguments` are the
+    /// transition function's, `whole` its values. Beyond an end the phase is that of the path over the end.
+    pub(super) fn truncate(
+        &self,
+        half: usize,
+        arguments: &[[f64; HALF]; 3],
+        whole: &[HalfWave; 3],
+        weight: f64,
+        waves: &mut [HalfWave; 3],
+    ) {
+        let wavenumbers = halves(self.wavenumbers)[half];
+        let is_beyond = self.beyond_m > 0.0;
+        let all = f64::from(u8::from(!is_beyond));
+        let mut shares = [HalfWave::default(); 3];
+        for share in &mut shares {
+            (0..HALF).for_each(|b| share.set(b, Complex::new(all, 0.0)));
+        }
+        for excess_m in self.excess_m {
+            let phases = wavenumbers.map(|wavenumber| wavenumber * excess_m.abs());
+            if excess_m >= 0.0 && phases[0] >= SEPARATE_PHASE {
+                continue;
+            }
+            let mut later = HalfWave::default();
+            if is_beyond && excess_m >= 0.0 {
+                for b in 0..HALF {
+                    later.set(b, Complex::cis(wavenumbers[b] * self.beyond_m - phases[b]));
                 }
             }
-        }
-    }
-    Some(result)
-}
-
-/// One end of an edge, by band.
-struct End {
-    phases: [f64; BANDS],
-    /// Transition function of the phases.
-    at_end: ComplexBands,
-    /// e^(−jp) of the phases p up to [`FAR_PHASE`].
-    turned: ComplexBands,
-}
-
-impl End {
-    /// G(√x, √p) e^(jp) by band, given the transition function of x.
-    fn beyond(&self, x: &[f64; BANDS], of_x: &ComplexBands) -> ComplexBands {
-        let (mut larger, mut ratio) = ([0.0; BANDS], [0.0; BANDS]);
-        let roots = |b: usize| (x[b].max(0.0).sqrt(), self.phases[b].sqrt());
-        for b in 0..BANDS {
-            let (a, u) = roots(b);
-            larger[b] = a.max(u);
-            ratio[b] = match larger[b] > 0.0 {
-                true => a.min(u) / larger[b],
-                false => 1.0,
+            let end = End {
+                phases,
+                weights: phases.map(|phase| {
+                    1.0 - smoothstep((phase - JOINED_PHASE) / (SEPARATE_PHASE - JOINED_PHASE))
+                }),
+                later: is_beyond.then_some(later),
+                is_passed: excess_m < 0.0,
             };
+            cut(LaneSet::best(), &end, arguments, whole, &mut shares);
         }
-        let (mut finite, mut turned) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
-        integrate(LaneSet::best(), &larger, &ratio, &mut finite);
-        turn_back(LaneSet::best(), x, &mut turned);
-        let turn = |wave: Complex, back: Complex| wave * Complex::new(back.re, -back.im);
-        std::array::from_fn(|b| {
-            let (a, u) = roots(b);
-            if a.min(u) * a.min(u) > FAR_PHASE {
-                return Complex::new(0.0, -0.5 * FRAC_1_PI * a / (u * (u * u + a * a)));
-            }
-            if u <= a {
-                return turn(of_x[b] * 0.5 - finite[b], self.turned[b]);
-            }
-            let other = self.at_end[b] * 0.5 - finite[b];
-            of_x[b] * self.at_end[b] * 0.5 - turn(other, turned[b])
-        })
+        scale(LaneSet::best(), &shares, weight, waves);
     }
+}
+
+/// One end of an edge, in half of the bands.
+struct End {
+    phases: [f64; HALF],
+    /// Share of what lies beyond it that interferes with the edge's wave.
+    weights: [f64; HALF],
+    /// Its phase from the path's end if that lies beyond the other end, otherwise e^(−jp) of the phases p.
+    later: Option<HalfWave>,
+    /// Whether the path lies beyond this end.
+    is_passed: bool,
+}
+
+kernel! {
+    /// Takes from the shares of three waves what lies beyond an end. Bands are lanes.
+    fn cut<Wide>(
+        end: &End,
+        arguments: &[[f64; HALF]; 3],
+        whole: &[HalfWave; 3],
+        shares: &mut [HalfWave; 3],
+    ) {
+        let phases = Wide::Doubles::load(&end.phases);
+        let weights = Wide::Doubles::load(&end.weights);
+        let at_end = transition_lanes(phases);
+        let turned = turned_back(phases);
+        let later = match &end.later {
+            Some(later) => later.load(),
+            None => turned,
+        };
+        for part in 0..3 {
+            let argument = Wide::Doubles::load(&arguments[part]);
+            let of_argument = whole[part].load();
+            let cut = beyond(argument, of_argument, phases, at_end, turned).div(of_argument);
+            let share = shares[part].load();
+            let share = if end.is_passed {
+                share.add(cut)
+            } else {
+                let joined = share.sub(cut.mul(later).scale(weights));
+                ComplexLanes::select_at_most(weights, Wide::Doubles::splat(0.0), share, joined)
+            };
+            shares[part].store(share);
+        }
+    }
+}
+
+kernel! {
+    /// Applies shares and a weight to waves.
+    fn scale<Wide>(shares: &[HalfWave; 3], weight: f64, waves: &mut [HalfWave; 3]) {
+        let weight = Wide::Doubles::splat(weight);
+        for part in 0..3 {
+            let wave = waves[part].load().mul(shares[part].load());
+            waves[part].store(wave.scale(weight));
+        }
+    }
+}
+
+/// G(√x, √p) e^(jp) by lane, given the transition function of x and of p, and e^(−jp).
+#[inline(always)]
+fn beyond<D: Doubles>(
+    x: D,
+    of_x: ComplexLanes<D>,
+    phases: D,
+    at_end: ComplexLanes<D>,
+    turned_by_phases: ComplexLanes<D>,
+) -> ComplexLanes<D> {
+    let (zero, half) = (D::splat(0.0), D::splat(0.5));
+    let (a, u) = (x.max(zero).sqrt(), phases.sqrt());
+    let (least, most) = (a.min(u), a.max(u));
+    let far = ComplexLanes {
+        re: zero,
+        im: D::splat(-0.5 * FRAC_1_PI)
+            .mul(a)
+            .div(u.mul(u.mul(u).add(a.mul(a)))),
+    };
+    let (square, bound) = (least.mul(least), D::splat(FAR_PHASE));
+    if !square.any_at_most(bound) {
+        return far;
+    }
+    let ratio = most.select_at_most(zero, D::splat(1.0), least.div(most));
+    let finite = integrated(most, ratio);
+    let turned = turned_back(x);
+    let steep = of_x.scale(half).sub(finite).mul_conjugate(turned_by_phases);
+    let rest = at_end.scale(half).sub(finite).mul_conjugate(turned);
+    let flat = of_x.mul(at_end).scale(half).sub(rest);
+    let near = ComplexLanes::select_at_most(u, a, steep, flat);
+    ComplexLanes::select_at_most(square, bound, near, far)
 }
 
 /// e^(−jφ) for phases from 0 to 2π, and somewhat beyond; larger ones count as 7.
 #[inline(always)]
-fn turned_back(phase: f64) -> (f64, f64) {
-    let phase = if phase < 7.0 { phase } else { 7.0 };
+fn turned_back<D: Doubles>(phase: D) -> ComplexLanes<D> {
+    let phase = phase.min(D::splat(7.0));
     // With φ = π + 2r the real part is 2 sin² r − 1, the imaginary one 2 sin r cos r.
-    let r = 0.5 * (phase - PI);
-    let square = r * r;
-    let (mut sine, mut cosine) = (SINE[0], COSINE[0]);
+    let r = D::splat(0.5).mul(phase.sub(D::splat(PI)));
+    let square = r.mul(r);
+    let (mut sine, mut cosine) = (D::splat(SINE[0]), D::splat(COSINE[0]));
     for k in 1..SINE.len() {
-        sine = sine * square + SINE[k];
-        cosine = cosine * square + COSINE[k];
+        sine = sine.mul(square).add(D::splat(SINE[k]));
+        cosine = cosine.mul(square).add(D::splat(COSINE[k]));
     }
-    let sine = sine * r;
-    (2.0 * sine * sine - 1.0, 2.0 * sine * cosine)
-}
-
-kernel! {
-    /// [`turned_back`] by band. No fused products: all machines give the same bits.
-    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
-    fn turn_back<Wide>(phase: &[f64; BANDS], result: &mut ComplexBands) {
-        let (mut re, mut im) = ([0.0; BANDS], [0.0; BANDS]);
-        for b in 0..BANDS {
-            (re[b], im[b]) = turned_back(phase[b]);
-        }
-        for b in 0..BANDS {
-            result[b] = Complex::new(re[b], im[b]);
-        }
+    let sine = sine.mul(r);
+    let twice = D::splat(2.0).mul(sine);
+    ComplexLanes {
+        re: twice.mul(sine).sub(D::splat(1.0)),
+        im: twice.mul(cosine),
     }
 }
 
-kernel! {
-    /// 1/π ∫ e^(−ja²y²)/(1 + y²) dy from 0 to `ratio` by band, for phases a² ratio² up to [`FAR_PHASE`]. Bands are lanes. No
-    /// fused products: all machines give the same bits.
-    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
-    fn integrate<Wide>(a: &[f64; BANDS], ratio: &[f64; BANDS], result: &mut ComplexBands) {
-        let (mut sum_re, mut sum_im) = ([0.0; BANDS], [0.0; BANDS]);
-        for (node, weight) in GAUSS {
-            for b in 0..BANDS {
-                let y = ratio[b] * node;
-                let (re, im) = turned_back((a[b] * y) * (a[b] * y));
-                let weight = weight / (1.0 + y * y);
-                sum_re[b] += re * weight;
-                sum_im[b] += im * weight;
-            }
-        }
-        for b in 0..BANDS {
-            let scale = ratio[b] * FRAC_1_PI;
-            result[b] = Complex::new(sum_re[b] * scale, sum_im[b] * scale);
-        }
+/// 1/π ∫ e^(−ja²y²)/(1 + y²) dy from 0 to `ratio` by lane, for phases a² ratio² up to [`FAR_PHASE`].
+#[inline(always)]
+fn integrated<D: Doubles>(a: D, ratio: D) -> ComplexLanes<D> {
+    let mut sum = ComplexLanes::splat(0.0, 0.0);
+    for (node, weight) in &GAUSS {
+        let y = ratio.mul(D::splat(*node));
+        let turn = turned_back(a.mul(y).mul(a.mul(y)));
+        let weight = D::splat(*weight).div(D::splat(1.0).add(y.mul(y)));
+        sum = sum.add(turn.scale(weight));
     }
+    sum.scale(ratio.mul(D::splat(FRAC_1_PI)))
 }
 
 #[cfg(test)]
@@ -205,7 +248,7 @@ mod tests {
     use super::*;
 
     /// G(a, u) along s = u + e^(−jπ/4) t, where the integrand decays.
-    fn integrated(a: f64, u: f64) -> Complex {
+    fn by_small_steps(a: f64, u: f64) -> Complex {
         let turn = Complex::cis(-0.25 * PI);
         let (steps, end) = (40_000, 9.0);
         let mut sum = Complex::ZERO;
@@ -219,24 +262,41 @@ mod tests {
         sum * turn * (a * FRAC_1_PI * end / f64::from(steps))
     }
 
+    kernel! {
+        fn turn<Wide>(phases: &[f64; HALF], result: &mut HalfWave) {
+            result.store(turned_back(Wide::Doubles::load(phases)));
+        }
+    }
+
+    kernel! {
+        /// The part beyond an end for arguments x and phases.
+        fn part<Wide>(x: &[f64; HALF], phases: &[f64; HALF], result: &mut HalfWave) {
+            let [x, phases] = [Wide::Doubles::load(x), Wide::Doubles::load(phases)];
+            let (of_x, at_end) = (transition_lanes(x), transition_lanes(phases));
+            result.store(beyond(x, of_x, phases, at_end, turned_back(phases)));
+        }
+    }
+
     #[test]
     fn turns_are_those_of_the_mathematical_library() {
+        let sets = LaneSet::vector_units();
         for step in 0..=700 {
             let phase = 0.01 * f64::from(step);
-            let ((re, im), exact) = (turned_back(phase), Complex::cis(-phase));
+            let turned = |set, phases: [f64; HALF]| {
+                let mut wave = HalfWave::default();
+                turn(set, &phases, &mut wave);
+                wave
+            };
+            let ours = turned(LaneSet::Portable, [phase; HALF]).at(0);
             // Twice the first term left out, and rounding: r is π/2 at 2π and 1.93 at 7.
             let most = if phase < 2.0 * PI { 1.2e-12 } else { 5e-11 };
-            assert!((Complex::new(re, im) - exact).abs() < most, "{phase}");
-        }
-        let phases = std::array::from_fn(|b| 0.1 + 0.85 * b as f64);
-        for set in LaneSet::vector_units()
-            .into_iter()
-            .chain([LaneSet::Portable])
-        {
-            let mut turned = [Complex::ZERO; BANDS];
-            turn_back(set, &phases, &mut turned);
-            let alone = phases.map(turned_back);
-            assert_eq!(turned, alone.map(|(re, im)| Complex::new(re, im)));
+            assert!((ours - Complex::cis(-phase)).abs() < most, "{phase}");
+            let phases = [phase, 0.5 * phase, 2.0 * phase, 1.0];
+            let alone = phases.map(|phase| turned(LaneSet::Portable, [phase; HALF]).at(0));
+            for &set in sets.iter().chain(&[LaneSet::Portable]) {
+                let wave = turned(set, phases);
+                assert_eq!([0, 1, 2, 3].map(|band| wave.at(band)), alone);
+            }
         }
     }
 
@@ -244,16 +304,12 @@ mod tests {
     fn the_part_beyond_an_end_is_the_integral() {
         for a in [0.1, 0.4, 1.0, 1.7, 3.0, 8.0] {
             for u in [0.05, 0.3, 0.9, 1.5, 2.4, 4.0, 9.0] {
-                let [of_x, of_phase] = [a, u].map(|v: f64| transition(&[v * v; BANDS])[0]);
-                let mut turned = [Complex::ZERO; BANDS];
-                turn_back(LaneSet::best(), &[u * u; BANDS], &mut turned);
-                let end = End {
-                    phases: [u * u; BANDS],
-                    at_end: [of_phase; BANDS],
-                    turned,
-                };
-                let ours = end.beyond(&[a * a; BANDS], &[of_x; BANDS])[3];
-                let exact = integrated(a, u) * Complex::cis(u * u);
+                let mut wave = HalfWave::default();
+                // Another lane of another kind must not matter.
+                let (x, phases) = ([0.01, a * a, 1.0, 90.0], [0.01, u * u, 2.0, 90.0]);
+                part(LaneSet::best(), &x, &phases, &mut wave);
+                let ours = wave.at(1);
+                let exact = by_small_steps(a, u) * Complex::cis(u * u);
                 // The asymptotic form's next term is 1/2u² and 1/2a² of it.
                 let most = if a.min(u) > 2.5 {
                     0.12 * exact.abs()
@@ -261,6 +317,9 @@ mod tests {
                     2e-4
                 };
                 assert!((ours - exact).abs() < most, "{a} {u}: {ours:?} {exact:?}");
+                let mut alone = HalfWave::default();
+                part(LaneSet::best(), &[a * a; HALF], &[u * u; HALF], &mut alone);
+                assert_eq!(alone.at(3), ours);
             }
         }
     }

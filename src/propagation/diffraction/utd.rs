@@ -7,9 +7,14 @@
 //! 1/kL; for small kL [`biot_tolstoy`] replaces it.
 
 use crate::acoustics::BANDS;
-use crate::propagation::diffraction::biot_tolstoy;
-use crate::propagation::diffraction::transition::{BoundaryTerm, boundary_waves};
-use crate::propagation::diffraction::wedge_geometry::{DiffractedField, Spread, WedgeAngles};
+use crate::propagation::diffraction::biot_tolstoy::{self, ExactField};
+use crate::propagation::diffraction::transition::{
+    BoundaryTerm, BoundaryWaves, HALF, HalfWave, boundary_waves, halves,
+};
+use crate::propagation::diffraction::wedge_geometry::{
+    Deviation, DiffractedField, Spread, WedgeAngles,
+};
+use crate::simd::LaneSet;
 
 /// The diffracted field in each band. `kl` is wavenumber times [`Spread::distance_m`], dimensionless, positive.
 ///
@@ -20,31 +25,68 @@ pub fn wedge_field(
     spread: &Spread,
     kl: &[f64; BANDS],
 ) -> [DiffractedField; BANDS] {
-    let scale = -angles.grazing_factor() / (2.0 * angles.n);
-    let term = |epsilon| boundary_term(epsilon, angles.n, scale);
-    let mut fields = boundary_waves(&angles.deviations().map(term), kl);
-    let weights = kl.map(biot_tolstoy::weight);
-    if weights.iter().any(|weight| *weight > 0.0) {
-        let exact = biot_tolstoy::wedge_field(angles, spread, kl, &weights);
-        for (b, field) in fields.iter_mut().enumerate() {
-            if weights[b] > 0.0 {
-                *field = exact[b].mixed(field, weights[b]);
-            }
+    let halves = wedge_waves(angles, spread, kl).halves;
+    std::array::from_fn(|b| {
+        let part = |part: usize| halves[b / HALF].parts[part].at(b % HALF);
+        DiffractedField {
+            incident: part(0),
+            first_face: part(1),
+            second_face: part(2),
         }
-    }
-    fields
+    })
 }
 
-fn boundary_term(epsilon: f64, n: f64, scale: f64) -> BoundaryTerm {
-    let size = epsilon.abs();
-    let slow = size / (2.0 * n);
+/// The field of a wedge.
+pub(crate) struct WedgeWaves {
+    pub(crate) halves: [HalfField; 2],
+    /// The transition function's arguments, over kL, at the four boundaries ([`WedgeAngles::deviations`]).
+    pub(crate) arguments: [f64; 4],
+}
+
+/// The field of a wedge in half of the bands.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct HalfField {
+    /// In the order of [`DiffractedField`]'s parts.
+    pub(crate) parts: [HalfWave; 3],
+    /// The transition function at each boundary, if the uniform theory has a share in any band.
+    pub(crate) alone: Option<[HalfWave; 4]>,
+}
+
+/// [`wedge_field`] by halves of the bands.
+pub(crate) fn wedge_waves(angles: &WedgeAngles, spread: &Spread, kl: &[f64; BANDS]) -> WedgeWaves {
+    let scale = -angles.grazing_factor() / (2.0 * angles.n);
+    let boundaries = angles.boundaries();
+    let terms = boundaries.map(|deviation| boundary_term(&deviation, angles.n, scale));
+    let mut result = WedgeWaves {
+        halves: [HalfField::default(); 2],
+        arguments: terms.map(|term| term.argument),
+    };
+    let terms = terms.map(Some);
+    let mut exact = None;
+    for (half, kl) in result.halves.iter_mut().zip(&halves(kl)) {
+        let weights = kl.map(biot_tolstoy::weight);
+        if weights.iter().any(|weight| *weight < 1.0) {
+            let mut waves = BoundaryWaves::default();
+            boundary_waves(LaneSet::best(), &terms, kl, &mut waves);
+            (half.parts, half.alone) = (waves.parts, Some(waves.alone));
+        }
+        if weights.iter().any(|weight| *weight > 0.0) {
+            let exact = exact.get_or_insert_with(|| ExactField::of(angles, &boundaries, spread));
+            exact.mix(kl, &weights, &mut half.parts);
+        }
+    }
+    result
+}
+
+fn boundary_term(deviation: &Deviation, n: f64, scale: f64) -> BoundaryTerm {
+    let slow = deviation.epsilon.abs() / (2.0 * n);
     let ratio = match slow < 1e-9 {
         true => n,
-        false => (0.5 * size).sin() / slow.sin(),
+        false => deviation.half_sine.abs() / deviation.slow_sine,
     };
     BoundaryTerm {
-        amplitude: 1f64.copysign(epsilon) * slow.cos() * ratio * scale,
-        argument: 2.0 * (0.5 * epsilon).sin().powi(2),
+        amplitude: 1f64.copysign(deviation.epsilon) * deviation.slow_cosine * ratio * scale,
+        argument: 2.0 * deviation.half_sine.powi(2),
     }
 }
 

@@ -67,6 +67,18 @@ pub fn on_side(edge: &Edge, crossing: &EdgeCrossing, is_lit: bool) -> EdgeCrossi
     }
 }
 
+/// An angle ε from the boundary of a wave.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Deviation {
+    /// ε in radians.
+    pub(crate) epsilon: f64,
+    /// sin(ε/2).
+    pub(crate) half_sine: f64,
+    /// Sine and cosine of |ε|/2n.
+    pub(crate) slow_sine: f64,
+    pub(crate) slow_cosine: f64,
+}
+
 impl WedgeAngles {
     /// The angles of a path over an edge.
     pub fn of(edge: &Edge, crossing: &EdgeCrossing) -> Self {
@@ -96,14 +108,6 @@ impl WedgeAngles {
         2.0 * wavenumber * distance_m * sine_squared(beta).min(sine_squared(-beta))
     }
 
-    /// Arguments of the transition function, over kL, at the nearest boundary of the incident wave and at those of the
-    /// faces' reflections.
-    pub(crate) fn transition_arguments(&self) -> [f64; 3] {
-        let [a, b, first, second] =
-            (self.deviations()).map(|deviation| 2.0 * (0.5 * deviation).sin().powi(2));
-        [a.min(b), first, second]
-    }
-
     /// Share of the incident wave in the field at the edge: ½ at grazing incidence, where it includes its reflection.
     pub(crate) fn grazing_factor(&self) -> f64 {
         match is_on_face(self.n, self.incoming) || is_on_face(self.n, self.outgoing) {
@@ -119,6 +123,19 @@ impl WedgeAngles {
         [minus, -minus, -plus, plus].map(|beta| self.deviation(beta))
     }
 
+    /// [`Self::deviations`] with their sines.
+    pub(crate) fn boundaries(&self) -> [Deviation; 4] {
+        self.deviations().map(|epsilon| {
+            let (slow_sine, slow_cosine) = (epsilon.abs() / (2.0 * self.n)).sin_cos();
+            Deviation {
+                epsilon,
+                half_sine: (0.5 * epsilon).sin(),
+                slow_sine,
+                slow_cosine,
+            }
+        })
+    }
+
     fn deviation(&self, beta: f64) -> f64 {
         let period = 2.0 * PI * self.n;
         let from = PI + beta;
@@ -127,29 +144,6 @@ impl WedgeAngles {
 }
 
 impl DiffractedField {
-    /// The part of a boundary in the order of [`WedgeAngles::deviations`].
-    #[inline]
-    pub(crate) fn part_mut(&mut self, boundary: usize) -> &mut Complex {
-        match boundary {
-            0 | 1 => &mut self.incident,
-            2 => &mut self.first_face,
-            _ => &mut self.second_face,
-        }
-    }
-
-    /// Weighted mean: `weight` of this field, the rest of another.
-    pub(crate) fn mixed(&self, other: &Self, weight: f64) -> Self {
-        if weight >= 1.0 {
-            return *self;
-        }
-        let mixed = |a: Complex, b: Complex| a * weight + b * (1.0 - weight);
-        Self {
-            incident: mixed(self.incident, other.incident),
-            first_face: mixed(self.first_face, other.first_face),
-            second_face: mixed(self.second_face, other.second_face),
-        }
-    }
-
     /// The total field behind a rigid wedge.
     pub fn rigid(&self) -> Complex {
         self.incident + self.first_face + self.second_face

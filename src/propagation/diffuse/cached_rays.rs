@@ -6,7 +6,6 @@ use crate::geometry::Ray;
 use crate::propagation::diffuse::source_rays::SourceRays;
 use crate::propagation::diffuse::static_hit_cache::StaticHitCache;
 use crate::propagation::diffuse::trace::{TraceBuffers, trace_rays};
-use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::scene::{Directivity, Scene};
 use crate::simd::LaneSet;
@@ -64,17 +63,13 @@ pub(crate) struct CachedRays {
     /// Hits in the fixed scene and their key; none in a scene without instances.
     static_hits: StaticHitCache,
     static_hits_key: Option<CacheKey>,
-    /// Specular prefixes, each once, in the order of the rays.
-    sequences: Vec<Sequence>,
 }
 
 impl CachedRays {
     /// Reserves memory for the results of `from`.
     pub(crate) fn reserve(&mut self, scene: &Scene, from: &SourceRays<'_>) {
-        let most = from.count() * from.near_bounces();
-        let count = self.sequences.len();
-        self.sequences.reserve(most.saturating_sub(count));
         if scene.has_instances() {
+            let most = from.count() * from.near_bounces();
             self.legs.reserve(most.saturating_sub(self.legs.len()));
             self.static_hits.reserve(from.count(), from.max_legs());
         }
@@ -109,11 +104,6 @@ impl CachedRays {
         self.static_hits_key = None;
     }
 
-    /// Specular prefixes, each once, in the order of the rays.
-    pub(crate) fn sequences(&self) -> &[Sequence] {
-        &self.sequences
-    }
-
     /// Traces the rays. `set` is empty and receives their specular prefixes.
     pub(crate) fn renew(
         &mut self,
@@ -140,8 +130,6 @@ impl CachedRays {
         self.legs.clear();
         self.legs.extend_from_slice(&statistics.legs);
         self.legs_to_instances = statistics.legs_to_instances;
-        self.sequences.clear();
-        self.sequences.extend_from_slice(set.entries());
         self.key = Some(CacheKey::of(from, from.scene_state));
     }
 }

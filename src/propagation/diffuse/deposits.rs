@@ -20,7 +20,9 @@ const SPANS: usize = 10;
 
 /// Energy at a patch in a span of time.
 #[derive(Debug, Clone, Copy, Default)]
-struct Deposit {
+pub(crate) struct Deposit {
+    /// Patch and span.
+    key: u32,
     /// Energy that the patch radiates.
     scattered: BandArray,
     /// Energy that leaves the patch and is heard directly.
@@ -30,24 +32,22 @@ struct Deposit {
     weight: f32,
 }
 
-/// Deposits of a source.
+/// Deposits of one rotation of a source.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Deposits {
-    /// Patch and span of each entry.
-    keys: Vec<u16>,
     entries: Vec<Deposit>,
 }
 
 impl Deposits {
-    pub(crate) fn reserve(&mut self, count: usize) {
-        let more = count.saturating_sub(self.entries.len());
-        self.keys.reserve(more);
-        self.entries.reserve(more);
+    /// Removes all; reserves memory for `most`.
+    pub(crate) fn begin(&mut self, most: usize) {
+        self.entries.clear();
+        self.entries.reserve(most);
     }
 
-    pub(crate) fn clear(&mut self) {
-        self.keys.clear();
-        self.entries.clear();
+    /// The deposits, each patch and span once.
+    pub(crate) fn as_slice(&self) -> &[Deposit] {
+        &self.entries
     }
 
     /// Adds a bounce times a gain; `is_heard` if its leaving energy is heard through the patch. Adds the rays cast to `rays`.
@@ -97,11 +97,13 @@ impl Deposits {
             return;
         }
         let span = SPAN_ENDS.iter().filter(|end| steps >= **end).count();
-        let key = patch * SPANS as u16 + span as u16;
-        let found = self.keys.iter().position(|other| *other == key);
+        let key = u32::from(patch) * SPANS as u32 + span as u32;
+        let found = self.entries.iter().position(|other| other.key == key);
         let index = found.unwrap_or_else(|| {
-            self.keys.push(key);
-            self.entries.push(Deposit::default());
+            self.entries.push(Deposit {
+                key,
+                ..Deposit::default()
+            });
             self.entries.len() - 1
         });
         let deposit = &mut self.entries[index];
@@ -134,7 +136,7 @@ impl DepositSums {
     }
 
     /// Adds deposits times a gain.
-    pub(crate) fn add(&mut self, deposits: &Deposits, gain: f32) {
+    pub(crate) fn add(&mut self, deposits: &[Deposit], gain: f32) {
         add_deposits(LaneSet::best(), &mut self.sums, deposits, gain);
     }
 
@@ -174,9 +176,9 @@ impl DepositSums {
 kernel! {
     /// Adds deposits times a gain. No fused products: all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
-    fn add_deposits<L>(sums: &mut [Deposit; MAX_PATCHES * SPANS], deposits: &Deposits, gain: f32) {
-        for (key, deposit) in deposits.keys.iter().zip(&deposits.entries) {
-            let sum = &mut sums[usize::from(*key)];
+    fn add_deposits<L>(sums: &mut [Deposit; MAX_PATCHES * SPANS], deposits: &[Deposit], gain: f32) {
+        for deposit in deposits {
+            let sum = &mut sums[deposit.key as usize];
             for b in 0..BANDS {
                 sum.scattered[b] += gain * deposit.scattered[b];
                 sum.leaving[b] += gain * deposit.leaving[b];

@@ -15,7 +15,6 @@ use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::diffuse::bounce_buffer::{Bounce, BounceBuffer};
-use crate::propagation::diffuse::deposits::Deposits;
 use crate::propagation::diffuse::envelope::ArrivalHistogram;
 use crate::propagation::diffuse::trace::TraceBuffers;
 use crate::propagation::diffuse::transport::SceneField;
@@ -75,8 +74,6 @@ pub(crate) struct SecondarySources {
     viewpoints: [Option<Vec3>; GROUPS_PER_ROTATION],
     /// Increases with every selection, and whenever visibility has to be tested anew.
     selection: u64,
-    /// Energy at the scene's patches.
-    pub(crate) deposits: Deposits,
 }
 
 impl SecondarySources {
@@ -86,7 +83,6 @@ impl SecondarySources {
         self.sources.reserve(SHADOW_RAYS.saturating_sub(count));
         let count = self.visible.len();
         self.visible.reserve(SHADOW_RAYS.saturating_sub(count));
-        self.deposits.reserve(MAX_DEPOSITS);
     }
 
     /// Prefetches the sources into the cache.
@@ -128,7 +124,8 @@ impl SecondarySources {
         }
     }
 
-    /// Selects among the bounces within the depth of discrete paths and beyond. Adds the rays cast to `rays`.
+    /// Selects among the bounces within the depth of discrete paths and beyond; their energy at the scene's patches is in the
+    /// buffers afterwards. Adds the rays cast to `rays`.
     pub(crate) fn select(
         &mut self,
         scene: &Scene,
@@ -137,13 +134,17 @@ impl SecondarySources {
         rays: &mut u64,
     ) {
         let TraceBuffers {
-            near, far, sums, ..
+            near,
+            far,
+            sums,
+            deposits,
+            ..
         } = buffers;
-        self.deposits.clear();
+        deposits.begin(MAX_DEPOSITS);
         self.sources.clear();
         self.visible.clear();
         self.invalidate_visibility();
-        let (deposits, sources) = (&mut self.deposits, &mut self.sources);
+        let sources = &mut self.sources;
         select_from(near, f64::from, NEAR_BOUNCES, sums, |bounce, gain| {
             deposits.add(scene, field, &bounce, gain, false, rays);
             let air = exp_neg(&scene.air_np_per_m().map(|m| 2.0 * m * bounce.length_m));

@@ -6,6 +6,7 @@ use crate::geometry::Ray;
 use crate::propagation::diffuse::bounce_buffer::{
     BounceBuffer, BounceEnergy, BouncePacket, amplify_by, weight,
 };
+use crate::propagation::diffuse::deposits::Deposits;
 use crate::propagation::diffuse::ray_statistics::RayStatistics;
 use crate::propagation::diffuse::source_rays::{FAR_BOUNCES, FAR_RAYS, SourceRays};
 use crate::propagation::diffuse::static_hit_cache::StaticHitCache;
@@ -29,6 +30,8 @@ pub(crate) struct TraceBuffers {
     pub(crate) far: BounceBuffer,
     /// Cumulative weights during selection.
     pub(crate) sums: Vec<f64>,
+    /// Energy of the selected bounces at the scene's patches.
+    pub(crate) deposits: Deposits,
     /// States of all packets at the discrete depth.
     states: Vec<RayState>,
     /// Legs and specular prefixes.

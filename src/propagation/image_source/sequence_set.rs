@@ -1,11 +1,11 @@
-//! Sets of sequences in fixed memory.
+//! Sets of sequences in bounded memory.
 
 use crate::propagation::image_source::sequence::Sequence;
 
 /// Least number of table slots in use, a power of two.
 const MIN_SLOTS: usize = 256;
 
-/// A set of sequences in the order of insertion. Its memory is fixed at creation: a full set refuses and counts.
+/// A set of sequences in the order of insertion. A full set refuses and counts.
 #[derive(Debug, Clone)]
 pub struct SequenceSet {
     entries: Vec<Sequence>,
@@ -13,6 +13,8 @@ pub struct SequenceSet {
     table: Vec<u32>,
     /// Slots of the table in use, a power of two. A small set touches little memory.
     in_use: usize,
+    /// Most slots of the table.
+    slots: usize,
     /// The occupied slots: the cost of clearing follows the number of entries.
     occupied: Vec<u32>,
     capacity: usize,
@@ -20,14 +22,25 @@ pub struct SequenceSet {
 }
 
 impl SequenceSet {
-    /// An empty set with room for `capacity` sequences.
+    /// An empty set with memory for `capacity` sequences.
     pub fn with_capacity(capacity: usize) -> Self {
+        let mut set = Self::growing(capacity);
+        set.entries.reserve(capacity);
+        set.occupied.reserve(capacity);
+        set.table.resize(set.slots, 0);
+        set
+    }
+
+    /// An empty set of up to `capacity` sequences, whose memory doubles when it is needed.
+    pub(crate) fn growing(capacity: usize) -> Self {
         let slots = (2 * capacity.max(1)).next_power_of_two();
+        let in_use = slots.min(MIN_SLOTS);
         Self {
-            entries: Vec::with_capacity(capacity),
-            table: vec![0; slots],
-            in_use: slots.min(MIN_SLOTS),
-            occupied: Vec::with_capacity(capacity),
+            entries: Vec::with_capacity(in_use / 2),
+            table: vec![0; in_use],
+            in_use,
+            slots,
+            occupied: Vec::with_capacity(in_use / 2),
             capacity,
             refused: 0,
         }
@@ -104,7 +117,10 @@ impl SequenceSet {
     #[cold]
     fn widen(&mut self) {
         self.free_slots();
-        self.in_use = (2 * self.in_use).min(self.table.len());
+        self.in_use = (2 * self.in_use).min(self.slots);
+        if self.table.len() < self.in_use {
+            self.table.resize(self.in_use, 0);
+        }
         let mask = self.in_use - 1;
         for (index, sequence) in self.entries.iter().enumerate() {
             let mut slot = sequence.hash() as usize & mask;
@@ -150,7 +166,11 @@ mod tests {
     /// Few first, then more than the initial part of the table holds, then few again: the set equals a list.
     #[test]
     fn a_growing_table_equals_a_list() {
-        let mut set = SequenceSet::with_capacity(3000);
+        grows_as_a_list(SequenceSet::with_capacity(3000));
+        grows_as_a_list(SequenceSet::growing(3000));
+    }
+
+    fn grows_as_a_list(mut set: SequenceSet) {
         for (round, many) in [40, 6000, 900, 0, 200].into_iter().enumerate() {
             set.clear();
             let mut list: Vec<Sequence> = Vec::new();

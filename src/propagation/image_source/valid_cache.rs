@@ -3,8 +3,8 @@
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 
-/// Sequences, each with the update in which it was last valid. Two sets alternate, in fixed memory; a full set drops later
-/// ones.
+/// Sequences, each with the update in which it was last valid. Two sets alternate, whose memory grows with what is valid; a full
+/// set drops later ones.
 #[derive(Debug)]
 pub(crate) struct ValidCache {
     current: SequenceSet,
@@ -17,10 +17,10 @@ impl ValidCache {
     /// Room for `capacity` sequences.
     pub(crate) fn with_capacity(capacity: usize) -> Self {
         Self {
-            current: SequenceSet::with_capacity(capacity),
-            last_valid: Vec::with_capacity(capacity),
-            next: SequenceSet::with_capacity(capacity),
-            next_last_valid: Vec::with_capacity(capacity),
+            current: SequenceSet::growing(capacity),
+            last_valid: Vec::new(),
+            next: SequenceSet::growing(capacity),
+            next_last_valid: Vec::new(),
         }
     }
 

@@ -48,6 +48,8 @@ fn lanes(pairs: float64x2_t) -> float32x4_t {
 }
 
 impl Lanes for TwoQuads {
+    type Doubles = super::TwoPairs;
+
     #[inline(always)]
     fn from_array(lanes: F32x8) -> Self {
         Self::load(&lanes.0)

@@ -20,6 +20,8 @@ macro_rules! avx2 {
 }
 
 impl Lanes for Ymm {
+    type Doubles = super::Ymm64;
+
     #[inline(always)]
     fn from_array(lanes: F32x8) -> Self {
         Self::load(&lanes.0)

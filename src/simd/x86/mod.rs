@@ -2,9 +2,11 @@
 //!
 //! `unsafe` to call a function with target features from one without ([`enter_avx2`]).
 
+mod doubles;
 mod lanes;
 mod prefetch;
 
+pub(crate) use doubles::Ymm64;
 pub(crate) use lanes::Ymm;
 pub(crate) use prefetch::prefetch;
 

@@ -252,8 +252,10 @@ impl Scene {
     ) -> DiffractingEdges {
         let mut near = DiffractingEdges::default();
         for edge in edges {
-            let known = near.as_slice().iter().any(|found| found.edge == edge);
-            if let Some(crossing) = self.edge(edge).crossing(from, to).filter(|_| !known) {
+            if near.as_slice().iter().any(|found| found.edge == edge) {
+                continue;
+            }
+            if let Some(crossing) = self.edge(edge).crossing(from, to) {
                 let length_m = crossing.rank_m();
                 near.insert(DiffractingEdge { edge, length_m });
             }
