@@ -8,7 +8,7 @@ use foresound::scene::{
     ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
 };
 
-/// Error of position that adds to the noise of rays, in decibels: the bound of an estimate's noise.
+/// Error of position that adds to the noise of rays, in decibels: what law `late/steady` allows an estimate's noise.
 const POSITION_DB: f64 = 0.5;
 
 const STEPS: usize = 24;

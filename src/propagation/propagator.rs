@@ -246,7 +246,7 @@ impl Propagator {
     /// Enables [`PathSet::nearby`] in the next updates: reflected paths that may become valid for a listener within `radius_m`
     /// metres (0 or more). `None`, the initial value, disables it.
     pub fn set_nearby_radius(&mut self, radius_m: Option<f64>) {
-        self.nearby_m = radius_m;
+        self.nearby_m = radius_m.map(|radius_m| radius_m.max(0.0));
     }
 
     /// Limits the next update, and only that one.

@@ -2,28 +2,27 @@
 //! source: sources are spread over threads.
 
 mod listener_part;
+mod query;
 mod state;
 
 use glam::{DVec3, Vec3};
 
-use super::amplitude;
 use super::curved_reflection;
-use super::diffraction::{self, ExtentPoints, NearEdges, path_in_shadow, reflection_gain};
+use super::diffraction::{self, ExtentPoints, NearEdges, path_in_shadow};
 use super::endpoints::Endpoints;
-use super::path::{LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
+use super::path::{LateEnergy, MAX_ORDER, Path};
 use super::settings::PropagationSettings;
-use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::{
     LateEstimator, ListenerField, RayScratch, SceneField, SourceRays, VisibilityCells,
     stable_viewpoint,
 };
-use crate::propagation::image_source::image_path::{ImagePath, MARGIN_M, UnfoldedPath};
-use crate::propagation::image_source::nearby_gate::{NearbyGate, reflected_energy};
-use crate::propagation::image_source::occluder_cache::{Occluder, OccluderCache};
+use crate::propagation::image_source::image_path::{MARGIN_M, UnfoldedPath};
+use crate::propagation::image_source::nearby_gate::{NearbyGate, keep_loudest};
+use crate::propagation::image_source::occluder_cache::OccluderCache;
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::image_source::valid_cache::ValidCache;
-use crate::propagation::image_source::validation_queue::{Unvalidated, ValidationQueue};
+use crate::propagation::image_source::validation_queue::ValidationQueue;
 use crate::propagation::image_source::window_cull::CandidateCull;
 use crate::propagation::quality_level::PropagationQuality;
 use crate::propagation::rays::directions::{ROTATIONS, rotation};
@@ -31,6 +30,7 @@ use crate::propagation::update_scope::UpdateScope;
 use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 use listener_part::ListenerPart;
+use query::SourceQuery;
 
 /// Most rotations that a moving source recasts in one update: as many as a source at rest. A walking source leaves one of its
 /// ray origins every hundredth of a second.
@@ -46,10 +46,11 @@ const MAX_COORDINATE_M: f64 = 1e9;
 /// Initial room for a source's paths.
 const INITIAL_PATHS: usize = 256;
 
-/// Number of a source's own sequences up to which an update with nearby paths adds those of other rotations, and their stride: each
-/// is tried in one update of four.
+/// Number of a source's own sequences up to which an update with nearby paths adds those of other rotations.
 const MAX_OWN: usize = 2048;
-const OTHER_ROTATIONS: usize = 4;
+
+/// Such an update adds those of every fourth rotation, from the present one on: all have been tried after four updates.
+const ROTATION_STRIDE: usize = 4;
 
 /// A predicted position of the listener.
 #[derive(Debug, Default)]
@@ -164,6 +165,8 @@ pub(super) struct SourceTask {
     /// Nearby paths, unsorted.
     pub(super) nearby: Vec<Path>,
     pub(super) nearby_gate: NearbyGate,
+    /// Estimated energies of the nearby paths that passed the gate.
+    nearby_estimates: Vec<f32>,
     /// Edges near the straight line in the last update.
     line_edges: DiffractingEdges,
     /// Edges of the direct field and of reflections until the next update.
@@ -243,7 +246,7 @@ impl SourceTask {
         let Some(rotation) = self.rotation.filter(|_| context.update.nearby_m.is_some()) else {
             return;
         };
-        for other in (OTHER_ROTATIONS as u64..ROTATIONS).step_by(OTHER_ROTATIONS) {
+        for other in (ROTATION_STRIDE as u64..ROTATIONS).step_by(ROTATION_STRIDE) {
             for sequence in self.late.sequences(rotation + other) {
                 if own.entries().len() >= MAX_OWN {
                     return;
@@ -292,6 +295,8 @@ impl SourceTask {
             Some(_) => 0,
             None => missing.saturating_sub(CAST_AFTER_JUMP),
         };
+        // An update casts each rotation once at most: its positions share them. A walking source leaves the cells of two or three.
+        let most_cast = (ROTATIONS as usize).div_ceil(context.predicted.len() + 1);
         let points = ExtentPoints::of(scene, pose, &mut self.rays);
         let mut late_at =
             |source: DVec3, listener: DVec3, cells: &VisibilityCells, field: &ListenerField| {
@@ -300,7 +305,7 @@ impl SourceTask {
                     (false, Some(_)) if missing > 0 => ROTATIONS as usize,
                     (false, _) => 1,
                     (true, None) => MAX_CAST_ROTATIONS,
-                    (true, Some(_)) => ROTATIONS as usize,
+                    (true, Some(_)) => most_cast,
                 };
                 let rays = &mut self.rays;
                 for turn in turn..turn + ROTATIONS {
@@ -377,7 +382,11 @@ impl SourceTask {
             let mut push = |path| paths.push(path);
             curved_reflection::find(update.scene, &query.endpoints, depth, rays, &mut push);
             self.add_paths_for_missing_reflections(&query);
-            self.nearby_gate.keep_loudest(&mut self.nearby);
+            if update.nearby_m.is_some() {
+                self.nearby_gate = NearbyGate::after(&mut self.nearby_estimates);
+            }
+            self.nearby_estimates.clear();
+            keep_loudest(&mut self.nearby);
         }
         let max_age = update
             .settings
@@ -463,7 +472,8 @@ impl SourceTask {
                 if let Some(nearby_m) = context.nearby_m
                     && unfolded.take(scene, sequence, batch, lane, nearby_m + MARGIN_M)
                 {
-                    let path = query.nearby_path(sequence, unfolded, self.nearby_gate);
+                    let (gate, estimates) = (self.nearby_gate, &mut self.nearby_estimates);
+                    let path = query.nearby_path(sequence, unfolded, gate, estimates);
                     self.nearby.extend(path);
                 }
             },
@@ -486,96 +496,11 @@ impl SourceTask {
                     let path = query.valid_path(sequence, &candidate.unfolded);
                     self.paths.push(path);
                 } else if query.context.nearby_m.is_some() {
-                    let path = query.nearby_path(sequence, &candidate.unfolded, self.nearby_gate);
+                    let (gate, estimates) = (self.nearby_gate, &mut self.nearby_estimates);
+                    let path = query.nearby_path(sequence, &candidate.unfolded, gate, estimates);
                     self.nearby.extend(path);
                 }
             });
-    }
-}
-
-/// Shared input of the validation of a source's candidates.
-#[derive(Debug, Clone, Copy)]
-struct SourceQuery<'a> {
-    context: &'a UpdateContext<'a>,
-    endpoints: Endpoints,
-    /// Source and listener in local coordinates.
-    ends: [DVec3; 2],
-    near_edges: &'a NearEdges,
-}
-
-impl SourceQuery<'_> {
-    /// Whether an unfolded candidate is unoccluded and its points lie on its surfaces. The last occluder is tested first: it
-    /// most likely blocks again, and the test is cheaper than that of the points.
-    fn is_valid(
-        &self,
-        candidate: &Unvalidated,
-        last: Option<Occluder>,
-        occluders: &mut OccluderCache,
-        rays: &mut u64,
-    ) -> bool {
-        let (scene, unfolded) = (self.context.scene, &candidate.unfolded);
-        let legs = unfolded.legs();
-        !last.is_some_and(|occluder| occluder.blocks(scene, legs, self.ends))
-            && unfolded.lies_on_surfaces(scene)
-            && occluders.is_clear(scene, candidate.hash, legs, self.ends, rays)
-    }
-
-    /// A valid path: a single reflection has the waves of the edges beside it.
-    fn valid_path(&self, sequence: &Sequence, unfolded: &UnfoldedPath) -> Path {
-        let mut path = self.path(sequence, unfolded, amplitude::reflected);
-        if path.order == 1 {
-            let (scene, edges) = (self.context.scene, self.near_edges.reflections.edges());
-            let gain = reflection_gain(scene, &self.endpoints, path.surfaces[0], edges);
-            for (value, gain) in path.amplitude.iter_mut().zip(gain.unwrap_or([1.0; BANDS])) {
-                *value *= gain;
-            }
-        }
-        path
-    }
-
-    /// A nearby path: without occlusion and as if surfaces had no ends. `None` if the gate leaves it out.
-    fn nearby_path(
-        &self,
-        sequence: &Sequence,
-        unfolded: &UnfoldedPath,
-        gate: NearbyGate,
-    ) -> Option<Path> {
-        let square_m2 = self.ends[0].distance_squared(unfolded.listener_image()) as f32;
-        let reflected = reflected_energy(self.context.scene, sequence);
-        gate.passes(reflected, square_m2)
-            .then(|| self.path(sequence, unfolded, amplitude::reflected_unbounded))
-    }
-
-    /// The path of the source along an unfolded sequence.
-    fn path(
-        &self,
-        sequence: &Sequence,
-        unfolded: &UnfoldedPath,
-        amplitude: impl Fn(&Scene, &ImagePath, f64) -> BandArray,
-    ) -> Path {
-        let Self {
-            context,
-            ref endpoints,
-            ..
-        } = *self;
-        let (scene, source) = (context.scene, self.ends[0]);
-        let path = unfolded.finish(scene, [source, unfolded.listener_image()]);
-        let pose = &endpoints.source;
-        let mut amplitude = amplitude(scene, &path, endpoints.min_distance_m);
-        let departure = (path.points[0] - source).as_vec3();
-        amplitude::apply_directivity(&mut amplitude, pose, departure);
-        Path {
-            id: sequence.path_id(scene, pose.id),
-            source: pose.id,
-            order: path.order as u8,
-            diffraction_order: 0,
-            surfaces: path.surfaces,
-            edges: [0; MAX_DIFFRACTION_ORDER],
-            points: path.points.map(|p| scene.to_world(p)),
-            image: scene.to_world(path.image),
-            length_m: path.length_m as f32,
-            amplitude,
-        }
     }
 }
 

@@ -19,9 +19,9 @@ pub(crate) trait Doubles: Copy {
     fn mul(self, other: Self) -> Self;
     /// Quotient.
     fn div(self, other: Self) -> Self;
-    /// The greater one; the other lane where this one is no number.
+    /// The greater one; the other lane where either is no number or both are equal.
     fn max(self, other: Self) -> Self;
-    /// The smaller one; the other lane where this one is no number.
+    /// The smaller one; the other lane where either is no number or both are equal.
     fn min(self, other: Self) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;

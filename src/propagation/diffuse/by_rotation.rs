@@ -43,7 +43,7 @@ impl<T: Copy> ByRotation<T> {
         &self.items[self.range(rotation)]
     }
 
-    /// Replaces the list of a rotation. Allocates if all lists together are longer than before, or at first.
+    /// Replaces the list of a rotation. Allocates if all lists together are longer than the memory.
     pub(crate) fn replace(&mut self, rotation: usize, list: &[T]) {
         let old = self.range(rotation);
         let (whole, end) = (self.items.len(), old.start + list.len());

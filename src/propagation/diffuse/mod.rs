@@ -58,7 +58,7 @@ use crate::scene::{Scene, SourceId};
 
 /// Distance in metres of a moving source from a rotation's origin up to which the rotation has at least half the weight,
 /// and the number of rotations that have it at any distance. Keeps the estimate local while a source moves.
-const SAME_POSITION_M: f64 = 1.4;
+const SAME_POSITION_M: f64 = 0.7 * visibility_cells::SOURCE_CELLS_M[0] as f64;
 const MIN_ROTATIONS: usize = 6;
 
 /// Weight of a rotation traced at a distance from the source: 1 at 0 m, ½ at `reach_m`.

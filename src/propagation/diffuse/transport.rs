@@ -25,8 +25,11 @@ const RAYS_PER_SAMPLE: usize = 16;
 /// Boxes that all rays of a field intersect, by estimate: half a second at two nanoseconds each.
 const MOST_BOXES: f64 = (1u64 << 28) as f64;
 
-/// Reflections of a ray, by estimate, with the rays that find the patches.
+/// Legs of a ray in the mean, with the rays that find the patches, by estimate.
 const LEGS_OF_RAY: f64 = 10.0;
+
+/// Samples of a point: surfaces have two sides.
+const SIDES: f64 = 2.0;
 
 /// Samples of a step of [`FieldRenewal`].
 const SAMPLES_A_STEP: usize = 24;
@@ -352,7 +355,7 @@ impl FieldRenewal {
 
 /// Most samples of a scene in which a ray intersects so many boxes: fewer only where thousands of triangles overlap.
 fn affordable(crossed_boxes: f64) -> usize {
-    let boxes_a_sample = 2.0 * RAYS_PER_SAMPLE as f64 * LEGS_OF_RAY * crossed_boxes.max(1.0);
+    let boxes_a_sample = SIDES * RAYS_PER_SAMPLE as f64 * LEGS_OF_RAY * crossed_boxes.max(1.0);
     ((MOST_BOXES / boxes_a_sample) as usize).max(1)
 }
 
@@ -447,13 +450,8 @@ mod tests {
 
     #[test]
     fn rays_among_slivers_are_fewer_and_those_of_rooms_are_not() {
-        let boxes = |crossed: f64| {
-            affordable(crossed) as f64 * 2.0 * RAYS_PER_SAMPLE as f64 * LEGS_OF_RAY * crossed
-        };
         assert!(affordable(200.0) >= 512);
-        for crossed in [1.0, 200.0, 8000.0, 50_000.0] {
-            assert!(boxes(crossed) <= MOST_BOXES, "{crossed}");
-        }
-        assert!(affordable(1e9) == 1);
+        assert!(affordable(35_000.0) < 32);
+        assert_eq!(affordable(1e9), 1);
     }
 }

@@ -1,4 +1,4 @@
-//! Viewpoints for the visibility of bounces: centres of grid cells around the listener.
+//! Viewpoints for the visibility of bounces, and origins of a moving source's rays: centres of grid cells around listener and source.
 //!
 //! Own. Visibility from the listener's own position, if not tested at every step, would depend on the time of the last
 //! test. Each of [`GROUPS`] groups of bounces therefore has its own grid, and its visibility is tested from the centre of
@@ -23,10 +23,9 @@ pub const GROUPS: usize = GROUPS_PER_ROTATION * ROTATIONS as usize;
 /// shadow rays per step, larger ones blur shadow boundaries.
 const CELLS_M: [f32; 3] = [0.5, 0.125, 0.031_25];
 
-/// The same around a source that moves. Its rays start at a cell's centre, one cell a rotation, and are cast again in the next cell.
-/// Their mean over sixteen rotations is that of the source within the noise of the rays (rms over walks through four scenes, all
-/// bands: 0.5 to 1.0 dB, as between two seeds); cells of half a metre cost four times the rays.
-const SOURCE_CELLS_M: [f32; 3] = [2.0, 0.5, 0.125];
+/// The same around a source that moves: its rays start at a cell's centre, another cell for each rotation, and are cast again in the
+/// next cell. Smaller cells cost more rays, larger ones blur the source's position (`tests/moving_late.rs`).
+pub(crate) const SOURCE_CELLS_M: [f32; 3] = [2.0, 0.5, 0.125];
 
 /// The viewpoints of one listener.
 #[derive(Debug, Clone)]

@@ -2,7 +2,7 @@
 //!
 //! A listener among many surfaces has hundreds of nearby paths a source, and an update keeps the loudest. An estimate from length
 //! and surfaces alone leaves most of the others out before their images and amplitudes are computed. It decides about nearby paths
-//! only: valid ones are never left out.
+//! only: valid ones are never left out. Estimates are compared with estimates, so a scene at rest has the same paths in every update.
 
 use crate::acoustics::BANDS;
 use crate::propagation::image_source::sequence::Sequence;
@@ -10,42 +10,41 @@ use crate::propagation::path::Path;
 use crate::scene::Scene;
 
 /// Most nearby paths of a source.
-const MAX_NEARBY: usize = 128;
+pub(crate) const MAX_NEARBY: usize = 128;
 
-/// Cosine of the angle of incidence that the estimate takes for every reflection.
-const COSINE: f32 = 0.5;
+/// Cosine of the angle of incidence that the estimate takes for every reflection: most materials reflect the most there.
+const COSINE: f32 = 1.0;
 
-/// Estimated energy relative to that of the loudest path dropped below which candidates are left out: −1.5 dB, for paths that come
-/// nearer.
+/// Least estimate that passes, relative to the loudest one beyond [`MAX_NEARBY`]: −1.5 dB, for paths that come nearer.
 const MARGIN: f32 = 0.7;
 
-/// Estimated energy below which nearby paths of a source are left out. 0 until more were found than are kept.
+/// Estimated energy below which nearby paths of a source are left out; 0 where an update found no more than are kept.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct NearbyGate {
-    pub(crate) least: f32,
+    least: f32,
 }
 
 impl NearbyGate {
-    /// Whether a path is worth computing whose reflections leave `reflected` of the energy, by the square of its length.
+    /// Whether a path passes whose reflections leave `reflected` of the energy, by the square of its length.
     #[inline(always)]
     pub(crate) fn passes(&self, reflected: f32, square_m2: f32) -> bool {
         reflected >= self.least * square_m2
     }
 
-    /// Keeps the loudest [`MAX_NEARBY`] of an update, and sets the gate for the next one.
-    pub(crate) fn keep_loudest(&mut self, nearby: &mut Vec<Path>) {
-        if nearby.len() <= MAX_NEARBY {
-            // Halved, not opened: the next update may find more again.
-            self.least *= 0.5;
-            return;
+    /// The gate of the next update, from the estimates of all paths that passed this one. Changes their order.
+    pub(crate) fn after(estimates: &mut [f32]) -> Self {
+        if estimates.len() <= MAX_NEARBY {
+            return Self::default();
         }
-        nearby.select_nth_unstable_by(MAX_NEARBY, |a, b| {
-            energy(b)
-                .total_cmp(&energy(a))
-                .then_with(|| a.id.cmp(&b.id))
-        });
-        self.least = MARGIN * energy(&nearby[MAX_NEARBY]);
-        nearby.truncate(MAX_NEARBY);
+        let louder = |a: &f32, b: &f32| b.total_cmp(a);
+        let (_, beyond, _) = estimates.select_nth_unstable_by(MAX_NEARBY, louder);
+        Self {
+            least: if beyond.is_finite() {
+                MARGIN * *beyond
+            } else {
+                0.0
+            },
+        }
     }
 }
 
@@ -61,52 +60,39 @@ pub(crate) fn reflected_energy(scene: &Scene, sequence: &Sequence) -> f32 {
     energy.iter().sum()
 }
 
-fn energy(path: &Path) -> f32 {
-    path.amplitude.iter().map(|a| a * a).sum()
+/// Keeps the loudest [`MAX_NEARBY`].
+pub(crate) fn keep_loudest(nearby: &mut Vec<Path>) {
+    if nearby.len() > MAX_NEARBY {
+        let energy = |path: &Path| path.amplitude.iter().map(|a| a * a).sum::<f32>();
+        nearby.select_nth_unstable_by(MAX_NEARBY, |a, b| {
+            energy(b)
+                .total_cmp(&energy(a))
+                .then_with(|| a.id.cmp(&b.id))
+        });
+        nearby.truncate(MAX_NEARBY);
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::propagation::path::{MAX_DIFFRACTION_ORDER, MAX_ORDER, PathId};
-    use crate::scene::SourceId;
-    use glam::Vec3;
 
-    fn path(number: u64, amplitude: f32) -> Path {
-        Path {
-            id: PathId(number),
-            source: SourceId::default(),
-            order: 1,
-            diffraction_order: 0,
-            edges: [0; MAX_DIFFRACTION_ORDER],
-            surfaces: [0; MAX_ORDER],
-            points: [Vec3::ZERO; MAX_ORDER],
-            image: Vec3::ZERO,
-            length_m: 1.0,
-            amplitude: [amplitude; BANDS],
-        }
+    #[test]
+    fn what_would_be_kept_passes_and_the_gate_holds_still() {
+        let mut estimates: Vec<f32> = (1..=3 * MAX_NEARBY).map(|n| n as f32).collect();
+        let gate = NearbyGate::after(&mut estimates);
+        let least_kept = (2 * MAX_NEARBY + 1) as f32;
+        assert!(gate.passes(least_kept, 1.0) && gate.passes(4.0 * least_kept, 4.0));
+        assert!(!gate.passes(0.5 * least_kept, 1.0));
+        // The same paths in the next update.
+        estimates.retain(|estimate| gate.passes(*estimate, 1.0));
+        assert!(estimates.len() < 3 * MAX_NEARBY);
+        assert_eq!(NearbyGate::after(&mut estimates), gate);
     }
 
     #[test]
-    fn what_would_be_kept_passes_and_what_would_be_dropped_by_far_does_not() {
-        let mut gate = NearbyGate::default();
-        let count = 2 * MAX_NEARBY as u64;
-        let mut nearby: Vec<Path> = (1..=count).map(|n| path(n, n as f32)).collect();
-        gate.keep_loudest(&mut nearby);
-        assert_eq!(nearby.len(), MAX_NEARBY);
-        let quietest = nearby.iter().map(energy).fold(f32::INFINITY, f32::min);
-        assert_eq!(quietest, energy(&path(0, (MAX_NEARBY + 1) as f32)));
-        assert!(nearby.iter().all(|path| gate.passes(energy(path), 1.0)));
-        assert!(gate.passes(4.0 * quietest, 4.0));
-        assert!(!gate.passes(0.5 * quietest, 1.0));
-    }
-
-    #[test]
-    fn a_gate_opens_where_few_are_found() {
-        let mut gate = NearbyGate { least: 1.0 };
-        for _ in 0..200 {
-            gate.keep_loudest(&mut vec![path(1, 1.0)]);
-        }
-        assert!(gate.passes(1e-9, 1e9));
+    fn a_gate_is_open_where_few_are_found_and_after_bad_numbers() {
+        assert!(NearbyGate::after(&mut [1.0; MAX_NEARBY]).passes(1e-9, 1e9));
+        assert!(NearbyGate::after(&mut [f32::NAN; 2 * MAX_NEARBY]).passes(1e-9, 1e9));
     }
 }

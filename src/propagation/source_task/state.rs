@@ -32,6 +32,7 @@ impl SourceTask {
             paths: Vec::with_capacity(INITIAL_PATHS),
             nearby: Vec::new(),
             nearby_gate: NearbyGate::default(),
+            nearby_estimates: Vec::new(),
             line_edges: DiffractingEdges::default(),
             near_edges: NearEdges::default(),
             late_energy: None,

@@ -148,7 +148,7 @@ impl<'a> Search<'a> {
     }
 
     fn is_exhausted(&self) -> bool {
-        self.compared >= MOST_COMPARED || self.join_at > MOST_CONTACTS
+        self.compared >= MOST_COMPARED || self.join_at > 2 * MOST_CONTACTS
     }
 
     /// Compares a facet with the sections in its box.

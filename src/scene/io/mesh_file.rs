@@ -168,10 +168,13 @@ impl Position<'_> {
 /// The warning about faces whose outline crosses itself, if there are any.
 pub(super) fn crossing_warning(path: &Path, count: usize) -> Option<String> {
     (count > 0).then(|| {
+        let (faces, their) = match count {
+            1 => ("face", "its"),
+            _ => ("faces", "their"),
+        };
         format!(
-            "{}: the outline of {count} {} crosses itself, so their triangles overlap; export triangles",
-            path.display(),
-            if count == 1 { "face" } else { "faces" }
+            "{}: the outline of {count} {faces} crosses itself, so {their} triangles overlap; export triangles",
+            path.display()
         )
     })
 }

@@ -222,7 +222,7 @@ fn grow(
         around.clear();
         around.extend(same.iter().map(|&(_, side)| ([0.0; 3], side)));
         if around.len() > MOST_AROUND {
-            // Those of nearly one plane are next to each other.
+            // Most of those of nearly one plane are then near each other.
             for (normal, side) in &mut around {
                 *normal = direction(*side / 3);
             }

@@ -59,8 +59,30 @@ impl Doubles for TwoPairs {
         sub vsubq_f64;
         mul vmulq_f64;
         div vdivq_f64;
-        max vmaxnmq_f64;
-        min vminnmq_f64;
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        let masks = [
+            neon!(vcgtq_f64(self.0, other.0)),
+            neon!(vcgtq_f64(self.1, other.1)),
+        ];
+        Self(
+            neon!(vbslq_f64(masks[0], self.0, other.0)),
+            neon!(vbslq_f64(masks[1], self.1, other.1)),
+        )
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        let masks = [
+            neon!(vcltq_f64(self.0, other.0)),
+            neon!(vcltq_f64(self.1, other.1)),
+        ];
+        Self(
+            neon!(vbslq_f64(masks[0], self.0, other.0)),
+            neon!(vbslq_f64(masks[1], self.1, other.1)),
+        )
     }
 
     #[inline(always)]

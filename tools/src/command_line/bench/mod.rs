@@ -4,6 +4,7 @@ mod blocks;
 mod boxes;
 mod commit;
 mod dump;
+mod look_ahead;
 mod memory;
 mod ray_sets;
 mod rays;

@@ -11,16 +11,11 @@ use foresound::{Error, Result};
 use serde_json::json;
 
 use super::boxes::Boxes;
+use super::look_ahead::LookAhead;
 use super::updates::step_aside;
 use super::walk::{STEP_M, Walk};
 use crate::inputs::predictor_named;
 use crate::printed;
-
-/// What an update for `best` finds besides, at level 12 and 74.6 graphics frames a second: nearby paths within so many metres
-/// (what a walk at 1.4 m/s leaves meanwhile, and 5 cm), and the late energy at so many earlier steps of the listener's and the sources'
-/// walks.
-const NEARBY_M: f64 = 0.3;
-const SAMPLED_STEPS: [usize; 2] = [3, 2];
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
@@ -75,28 +70,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut set = PathSet::default();
     let (mut paths, mut rays, mut digest) = (0, 0, 0);
     let mut moved = sources.clone();
-    let go_on = |moved: &mut [SourcePose], step| {
+    let mut look_ahead = LookAhead::new(predictor);
+    for step in 0..arguments.updates {
         if arguments.moving_sources {
-            step_aside(moved, &sources, step);
+            step_aside(&mut moved, &sources, step);
         }
         if arguments.walking_sources {
-            stroll(moved, &sources, step);
+            stroll(&mut moved, &sources, step);
         }
-    };
-    for step in 0..arguments.updates {
         boxes.move_on(&mut propagator, step);
-        if predictor.uses_nearby() {
-            let before = SAMPLED_STEPS.map(|steps| step.saturating_sub(steps));
-            let listener = before.map(|step| walk.ear(step).position);
-            let mut positions = Vec::new();
-            for step in before {
-                go_on(&mut moved, step);
-                positions.extend(moved.iter().map(|source| source.position));
-            }
-            propagator.set_nearby_radius(Some(NEARBY_M));
-            propagator.set_predicted_positions(&listener, &positions);
-        }
-        go_on(&mut moved, step);
+        look_ahead.ask(&mut propagator, &walk.ear(step), &moved);
         propagator.update_with(&threads, &walk.ear(step), &moved, 0.0, &mut set);
         digest = digested(digest, &set);
         paths += set.paths.len();

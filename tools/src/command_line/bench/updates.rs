@@ -19,12 +19,10 @@ use foresound::scene::SourcePose;
 use serde_json::{Value, json};
 
 use super::boxes::Boxes;
+use super::look_ahead::LookAhead;
 use super::recorded_rays::Record;
 use super::share;
-use super::walk::{STEP_M, Walk};
-
-/// Radius in metres within which closed paths are asked for: the way to the next update and what the engine adds to it.
-const NEARBY_M: f64 = STEP_M as f64 + 0.05;
+use super::walk::Walk;
 
 /// Fewest updates of a row, at any duration.
 const FEWEST: usize = 20;
@@ -34,7 +32,7 @@ struct Runner {
     propagator: Propagator,
     boxes: Boxes,
     threads: Threads,
-    predictor: PredictorKind,
+    look_ahead: LookAhead,
     set: PathSet,
     times_ms: Vec<f64>,
     paths: Vec<f64>,
@@ -51,14 +49,13 @@ impl Runner {
         predictor: PredictorKind,
     ) -> Result<Self> {
         let mut propagator = Propagator::new(Arc::clone(&walk.scene), settings)?;
-        propagator.set_nearby_radius(predictor.uses_nearby().then_some(NEARBY_M));
         let boxes = Boxes::add(&mut propagator, walk, sources, instances)?;
         propagator.warm_up(&walk.ear(0), sources);
         Ok(Self {
             propagator,
             boxes,
             threads: Threads::start(threads)?,
-            predictor,
+            look_ahead: LookAhead::new(predictor),
             set: PathSet::default(),
             times_ms: Vec::new(),
             paths: Vec::new(),
@@ -68,10 +65,7 @@ impl Runner {
 
     fn update(&mut self, walk: &Walk, sources: &[SourcePose], step: usize) {
         let ear = walk.ear(step);
-        if self.predictor.uses_nearby() {
-            let next = [walk.ear(step + 1).position];
-            self.propagator.set_predicted_positions(&next, &[]);
-        }
+        self.look_ahead.ask(&mut self.propagator, &ear, sources);
         let (threads, set) = (&self.threads, &mut self.set);
         let time = Instant::now();
         self.boxes.move_on(&mut self.propagator, step);
@@ -121,7 +115,7 @@ pub(super) fn alone(
     let record = Arc::new(Record::default());
     let recorded = walk.scene.with_observer(record.clone());
     let mut recording = Propagator::new(Arc::new(recorded), settings)?;
-    recording.set_nearby_radius(predictor.uses_nearby().then_some(NEARBY_M));
+    let mut look_ahead = LookAhead::new(predictor);
     recording.warm_up(&walk.ear(0), sources);
     let (mut alone_ms, mut rays_cast) = (Vec::new(), Vec::new());
     let (mut moved, mut set) = (sources.to_vec(), PathSet::default());
@@ -131,9 +125,7 @@ pub(super) fn alone(
         step_aside(&mut moved, sources, step);
         one_moving.update(walk, &moved, step);
         two_moving.update(walk, &moved, step);
-        if predictor.uses_nearby() {
-            recording.set_predicted_positions(&[walk.ear(step + 1).position], &[]);
-        }
+        look_ahead.ask(&mut recording, &walk.ear(step), &moved);
         record.take();
         recording.update(&walk.ear(step), &moved, 0.0, &mut set);
         let rays = record.take();
@@ -214,9 +206,9 @@ pub(super) fn with_instances(
     Ok(row)
 }
 
-/// Moves each source farther from its last two positions than the cells of the ray cache are wide: all rays are cast again.
+/// Moves each source to and fro, farther than the cells of the ray cache are wide: all rays are cast again.
 pub(super) fn step_aside(moved: &mut [SourcePose], sources: &[SourcePose], step: usize) {
     for (moved, source) in moved.iter_mut().zip(sources) {
-        moved.position.x = source.position.x + 2.5 * (1 + step % 3) as f32;
+        moved.position.x = source.position.x + if step.is_multiple_of(2) { 1.1 } else { -1.1 };
     }
 }
