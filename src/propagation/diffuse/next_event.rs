@@ -29,7 +29,7 @@ const FAR_BOUNCES: usize = 64;
 /// Most secondary sources: the bounces within the depth of discrete paths. Rounding may add one.
 pub const SHADOW_RAYS: usize = NEAR_BOUNCES + 1;
 
-/// Most entries of [`Deposits`]: rounding may add one to each part, and every bounce has two sides.
+/// Most entries of [`crate::propagation::diffuse::deposits::Deposits`]: rounding may add one to each part, and every bounce has two sides.
 const MAX_DEPOSITS: usize = 2 * (NEAR_BOUNCES + FAR_BOUNCES + 2);
 
 /// Radius in metres over which a bounce is spread, which bounds its level at a listener beside it.

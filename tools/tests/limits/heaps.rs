@@ -1,13 +1,9 @@
 //! Hostile meshes: triangles that overlap, pass through each other, share an edge or a corner, or are slivers. Their commit
-//! takes time and memory in proportion to the mesh.
+//! takes memory in proportion to the mesh.
 
 use std::f32::consts::TAU;
-use std::time::Duration;
 
-use foresound::paths::{PathSet, Propagator};
-use foresound::runtime::thread_processor_time;
-use foresound::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, TriangleMesh};
-use foresound::{PropagationSettings, SourceId, SourcePose};
+use foresound::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 use glam::Vec3;
 
 use super::{TURN, peak_bytes_of};
@@ -15,7 +11,7 @@ use super::{TURN, peak_bytes_of};
 /// Bytes that the largest set of edges takes (32,768 of them).
 const EDGE_BYTES: usize = 8 << 20;
 
-/// Memory and time of a hostile mesh to those of its file and of an ordinary mesh.
+/// Memory of a commit to that of the mesh's file and of a full set of edges.
 const PROPORTION: usize = 4;
 
 /// A number from 0 to 1 (SplitMix64).
@@ -26,7 +22,7 @@ fn random(n: u32) -> f32 {
     ((bits ^ (bits >> 31)) >> 40) as f32 / (1 << 24) as f32
 }
 
-fn place(n: u32) -> Vec3 {
+fn point(n: u32) -> Vec3 {
     Vec3::new(random(3 * n), random(3 * n + 1), random(3 * n + 2))
 }
 
@@ -44,12 +40,12 @@ fn soup(triangles: impl Iterator<Item = [Vec3; 3]>) -> TriangleMesh {
 }
 
 fn heap(count: u32, size: Vec3) -> TriangleMesh {
-    soup((0..count).map(|n| [0, 1, 2].map(|k| size * place(3 * n + k))))
+    soup((0..count).map(|n| [0, 1, 2].map(|k| size * point(3 * n + k))))
 }
 
 fn slivers(count: u32) -> TriangleMesh {
     soup((0..count).map(|n| {
-        let [a, b] = [0, 1].map(|k| 20.0 * place(2 * n + k));
+        let [a, b] = [0, 1].map(|k| 20.0 * point(2 * n + k));
         [a, b, b + 1e-3 * Vec3::Y]
     }))
 }
@@ -59,7 +55,7 @@ fn rim(share: f32, radius_m: f32) -> Vec3 {
     Vec3::new(radius_m * cos, 0.0, radius_m * sin)
 }
 
-/// The mesh of a name; the last ones are ordinary.
+/// The mesh of a name.
 fn named(name: &str, count: u32) -> TriangleMesh {
     let share = |n: u32| n as f32 / count as f32;
     match name {
@@ -81,20 +77,22 @@ fn named(name: &str, count: u32) -> TriangleMesh {
             soup((0..count).map(ray))
         }
         "spokes" => {
-            let corner = |n| 50.0 * place(n) - 25.0;
+            let corner = |n| 50.0 * point(n) - 25.0;
             soup((0..count).map(|n| [Vec3::ZERO, corner(2 * n), corner(2 * n + 1)]))
         }
-        _ => ground(count),
+        "ordinary ground" => ground(count),
+        _ => panic!("no mesh {name}"),
     }
 }
 
-const HOSTILE: [&str; 6] = [
+const MESHES: [&str; 7] = [
     "coplanar",
     "crossing",
     "slivers",
     "pages of a book",
     "a star",
     "spokes",
+    "ordinary ground",
 ];
 
 /// Ground with noise of two centimetres.
@@ -125,24 +123,10 @@ fn commit(mesh: &TriangleMesh) -> Scene {
     Scene::commit(mesh, &table, &SceneSettings::default()).expect("commits")
 }
 
-/// The time that `act` takes of the processor; the lesser of two if the first is more than `most`, because other programs
-/// disturb it.
-fn time_of(most: Duration, mut act: impl FnMut()) -> Duration {
-    let mut once = || {
-        let before = thread_processor_time().expect("a clock of the thread");
-        act();
-        thread_processor_time().expect("a clock of the thread") - before
-    };
-    match once() {
-        time if time <= most => time,
-        time => time.min(once()),
-    }
-}
-
 #[test]
 fn heaps_of_triangles_take_memory_in_proportion() {
     let _turn = TURN.lock();
-    for name in HOSTILE {
+    for name in MESHES {
         for count in [10_000, 100_000] {
             let mesh = named(name, count);
             let most = PROPORTION * (file_bytes(&mesh) + EDGE_BYTES);
@@ -151,42 +135,4 @@ fn heaps_of_triangles_take_memory_in_proportion() {
             assert!(bytes <= most, "{bytes} of {most} bytes for {count} {name}");
         }
     }
-}
-
-/// A hundred thousand of them take four times the time of ordinary ground at most, ten thousand twice that time: of few
-/// triangles the bounds of counted work remain.
-#[cfg(target_os = "linux")]
-#[test]
-fn heaps_of_triangles_take_time_in_proportion() {
-    let _turn = TURN.lock();
-    let ground = named("ground", 100_000);
-    let ordinary = time_of(Duration::ZERO, || drop(commit(&ground)));
-    for name in HOSTILE {
-        for (count, times) in [(10_000, 2), (100_000, PROPORTION as u32)] {
-            let mesh = named(name, count);
-            let most = times * ordinary;
-            let time = time_of(most, || drop(commit(&mesh)));
-            assert!(time <= most, "{time:?} of {most:?} for {count} {name}");
-        }
-    }
-}
-
-/// The first update, which traces the late field, among slivers that a ray has thousands of on its way.
-#[cfg(target_os = "linux")]
-#[test]
-fn the_first_update_among_slivers_takes_time_in_proportion() {
-    let _turn = TURN.lock();
-    let mesh = named("slivers", 100_000);
-    let ground = named("ground", 100_000);
-    let most = PROPORTION as u32 * time_of(Duration::ZERO, || drop(commit(&ground)));
-    let scene = std::sync::Arc::new(commit(&mesh));
-    let source = [SourcePose::at(SourceId::new(0, 0), Vec3::splat(8.0))];
-    let listener = ListenerPose::facing(Vec3::splat(12.0), 0.0);
-    let mut paths = PathSet::default();
-    let time = time_of(most, || {
-        let propagator = Propagator::new(scene.clone(), PropagationSettings::default());
-        let mut propagator = propagator.expect("a propagator");
-        propagator.update(&listener, &source, 0.0, &mut paths);
-    });
-    assert!(time <= most, "{time:?} of {most:?}");
 }
