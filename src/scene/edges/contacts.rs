@@ -31,8 +31,8 @@ const SAME_FACE: f64 = PI / 180.0;
 /// Most comparisons of a triangle with an edge: bounds the time where thousands of triangles overlap.
 const MOST_COMPARED: usize = 1 << 22;
 
-/// Contacts after which those of one half-plane are joined, and most joined ones: 10 MB. Both end the search early only
-/// where thousands of triangles pass through each other.
+/// Contacts after which those of one half-plane are joined, and most of them before they are joined: 10 MB. More than half as many
+/// joined ones end the search, which happens only where thousands of triangles pass through each other.
 const FEW_CONTACTS: usize = 1 << 14;
 const MOST_CONTACTS: usize = 1 << 18;
 
@@ -148,7 +148,7 @@ impl<'a> Search<'a> {
     }
 
     fn is_exhausted(&self) -> bool {
-        self.compared >= MOST_COMPARED || self.join_at > 2 * MOST_CONTACTS
+        self.compared >= MOST_COMPARED || self.join_at > MOST_CONTACTS
     }
 
     /// Compares a facet with the sections in its box.
