@@ -32,8 +32,8 @@ use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 use listener_part::ListenerPart;
 use query::SourceQuery;
 
-/// Most rotations that a moving source recasts in one update: as many as a source at rest. A walking source leaves one of its
-/// ray origins every hundredth of a second.
+/// Most rotations that a moving source recasts in an update without nearby paths: as many as a source at rest. A walking source
+/// leaves one of its ray origins every tenth of a second.
 const MAX_CAST_ROTATIONS: usize = 1;
 
 /// Most rotations that a source recasts in one update after a jump: none of those cast elsewhere counts.
@@ -295,7 +295,7 @@ impl SourceTask {
             Some(_) => 0,
             None => missing.saturating_sub(CAST_AFTER_JUMP),
         };
-        // An update casts each rotation once at most: its positions share them. A walking source leaves the cells of two or three.
+        // The positions of an update share the casts: about one for each rotation. A walking source leaves the cells of two or three.
         let most_cast = (ROTATIONS as usize).div_ceil(context.predicted.len() + 1);
         let points = ExtentPoints::of(scene, pose, &mut self.rays);
         let mut late_at =

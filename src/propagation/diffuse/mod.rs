@@ -57,7 +57,8 @@ use crate::propagation::rays::directions::ROTATIONS;
 use crate::scene::{Scene, SourceId};
 
 /// Distance in metres of a moving source from a rotation's origin up to which the rotation has at least half the weight,
-/// and the number of rotations that have it at any distance. Keeps the estimate local while a source moves.
+/// and the number of rotations that have it at any distance. Keeps the estimate local while a source moves. Most positions in a cell
+/// are nearer to its centre.
 const SAME_POSITION_M: f64 = 0.7 * visibility_cells::SOURCE_CELLS_M[0] as f64;
 const MIN_ROTATIONS: usize = 6;
 
