@@ -7,6 +7,7 @@ use super::linear::Linear;
 use super::predictor::{Predictor, PredictorKind};
 use super::tracking::match_by_id;
 
+use crate::extrapolation::direct_lines::DirectLines;
 use crate::extrapolation::frame_mix::{FrameMix, MixSmoother};
 use crate::extrapolation::geometric::{GeometricPredictor, PreparedUpdate};
 use crate::extrapolation::scene_pair::ScenePair;
@@ -142,6 +143,8 @@ pub struct Extrapolator {
     pub(super) mixes: Vec<FrameMix>,
     /// The points of each wide source of the present graphics frame.
     pub(super) images: Vec<(SourceId, PointImage)>,
+    /// The direct fields that were computed last.
+    pub(super) direct_lines: DirectLines,
 }
 
 impl Extrapolator {
@@ -168,6 +171,7 @@ impl Extrapolator {
             smoother: MixSmoother::default(),
             mixes: Vec::new(),
             images: Vec::new(),
+            direct_lines: DirectLines::default(),
         }
     }
 
@@ -244,6 +248,7 @@ impl Extrapolator {
         self.smoother.reserve(sources);
         self.mixes.reserve(sources);
         self.images.reserve(sources);
+        self.direct_lines.reserve(sources);
     }
 
     /// Replaces the predictor from the next frame on; returns the old one. Real-time.
@@ -256,11 +261,20 @@ impl Extrapolator {
         std::mem::replace(&mut self.predictor, predictor)
     }
 
-    /// Evaluates each path in one of this many graphics frames and extrapolates it linearly in the others, from the next frame
-    /// on. Only [`PredictorKind::Geometric`] evaluates paths. Real-time.
-    pub fn set_exact_every(&mut self, exact_every: u32) {
+    /// Casts one of this many visibility rays of [`GeometricSettings::rays_per_source`] from the next frame on. Real-time.
+    ///
+    /// [`GeometricSettings::rays_per_source`]: crate::extrapolation::GeometricSettings::rays_per_source
+    pub fn set_ray_divisor(&mut self, divisor: u32) {
         if let Rule::Geometric(predictor) = &mut self.predictor.0 {
-            predictor.set_exact_every(exact_every);
+            predictor.set_ray_divisor(divisor);
+        }
+    }
+
+    /// One graphics frame of so many computes a source's edge waves.
+    pub(super) fn direct_every(&self) -> u32 {
+        match &self.predictor.0 {
+            Rule::PathByPath(_) => 1,
+            Rule::Geometric(predictor) => predictor.exact_every(),
         }
     }
 

@@ -5,13 +5,13 @@
 
 use super::extrapolator::{Extrapolator, Rule, Step};
 use super::frame::{FramePath, FramePaths, LateSend, Obstruction, PathKind, WideArrival, allows};
-use super::frame_mix::find as find_mix;
+use super::frame_mix::{FrameMix, find as find_mix};
 use super::predictor::{FrameContext, TrackedPath};
 use super::wide_reflections::WideSource;
 use crate::acoustics::BANDS;
 use crate::extrapolation::geometric::{FrameInputs, extrapolate_late};
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
-use crate::propagation::diffraction::{direct_field, wide_field};
+use crate::propagation::diffraction::{DirectField, WideField, direct_field, wide_field};
 use crate::propagation::diffuse::late_segments;
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::transmission::unoccluded_path;
@@ -58,6 +58,7 @@ impl Extrapolator {
             self.occluded.clear();
             self.mixes.clear();
             self.images.clear();
+            self.direct_lines.begin(sources.len(), self.direct_every());
         }
         for (index, pose) in sources.iter().enumerate().skip(first) {
             if budget.is_spent() {
@@ -67,32 +68,28 @@ impl Extrapolator {
             }
             let (before, mut rays) = (result.paths.len(), 0);
             let endpoints = Endpoints::of(pose, listener.position, self.min_distance_m);
-            let edges = self.direct_edges(&endpoints);
-            let edges = edges.as_slice().iter().map(|found| found.edge);
-            let scene = self.scenes.current();
             let (ear, min_distance_m) = (listener.position, endpoints.min_distance_m);
             let mix = self.smoother.frame_mix(pose, ear, min_distance_m);
-            let mut emit = |path: Path| {
-                result
-                    .paths
-                    .push(FramePath::of(&path, pose.position, listener, scene));
+            let scene = self.scenes.current();
+            let is_wide = pose.settings.extent.is_wide();
+            let at = (scene, listener);
+            let lines = &mut self.direct_lines;
+            let extrapolated = match is_wide {
+                true => None,
+                false => lines.extrapolate(index, &endpoints, at, &mut rays, &mut result.paths),
             };
-            let rays_cast = &mut rays;
-            let wide = pose.settings.extent.is_wide().then(|| {
-                let through = mix.mix.transmission;
-                wide_field(
-                    scene,
-                    &endpoints,
-                    edges.clone(),
-                    through,
-                    rays_cast,
-                    &mut emit,
-                )
-            });
-            let field = match &wide {
-                Some(wide) => wide.direct,
-                None => direct_field(scene, &endpoints, edges, &mut rays, &mut emit),
+            let is_extrapolated = extrapolated.is_some();
+            let (field, wide) = match extrapolated {
+                Some(field) => (field, None),
+                None => {
+                    let paths = &mut result.paths;
+                    self.computed_field(&endpoints, listener, &mix, &mut rays, paths)
+                }
             };
+            if !is_extrapolated && !is_wide {
+                let paths = &result.paths[before..];
+                self.direct_lines.store(index, &endpoints, &field, paths);
+            }
             self.occluded.push(!field.visible);
             let hidden_share = match &wide {
                 Some(wide) => 1.0 - wide.visible_share,
@@ -125,14 +122,36 @@ impl Extrapolator {
             }
             self.images.extend(wide.map(|wide| (pose.id, wide.image)));
             self.mixes.push(mix);
-            let edges = field.edges.as_slice().len();
-            let points = wide.map_or(1, |wide| wide.image.points().count());
-            let waves = points * edges.max(result.paths.len() - before);
-            budget.spend(cost::DIRECT + cost::RAY * rays as usize + cost::WAVE * waves);
+            let waves = cost::WAVE * field.waves;
+            budget.spend(cost::DIRECT + cost::RAY * rays as usize + waves);
             progress.rays += rays;
         }
         self.step = Step::Continued(0);
         progress
+    }
+
+    /// Computes a source's direct field; a wide source has a field of its points too.
+    fn computed_field(
+        &self,
+        endpoints: &Endpoints,
+        listener: &ListenerPose,
+        mix: &FrameMix,
+        rays: &mut u64,
+        paths: &mut Vec<FramePath>,
+    ) -> (DirectField, Option<WideField>) {
+        let edges = self.direct_edges(endpoints);
+        let edges = edges.as_slice().iter().map(|found| found.edge);
+        let scene = self.scenes.current();
+        let source = &endpoints.source;
+        let mut emit = |path: Path| {
+            paths.push(FramePath::of(&path, source.position, listener, scene));
+        };
+        if source.settings.extent.is_wide() {
+            let through = mix.mix.transmission;
+            let wide = wide_field(scene, endpoints, edges, through, rays, &mut emit);
+            return (wide.direct, Some(wide));
+        }
+        (direct_field(scene, endpoints, edges, rays, &mut emit), None)
     }
 
     /// Resumes the rest of the frame until the budget is spent, after the direct field and for the same poses.
@@ -199,6 +218,7 @@ impl Extrapolator {
             }
         }
         self.frames_since_update = self.frames_since_update.saturating_add(1);
+        self.direct_lines.end();
         self.step = Step::default();
         progress
     }

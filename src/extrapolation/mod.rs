@@ -3,6 +3,7 @@
 //! Runs on the sound thread, bounded by the numbers of paths and rays. Input: [`crate::propagation::PathSet`]s as they
 //! arrive; output: [`FramePaths`]. After the paper's sections III-C to III-E.
 
+mod direct_lines;
 pub mod extrapolator;
 pub mod frame;
 mod frame_mix;
@@ -10,6 +11,7 @@ mod frame_steps;
 pub mod geometric;
 pub mod hold;
 pub mod level;
+mod line_extrapolation;
 pub mod linear;
 pub mod predictor;
 pub mod scene_pair;

@@ -80,15 +80,18 @@ pub fn direct_path_of(
         return None;
     }
     let from = source.position;
-    if !effects.transmission {
-        *rays += 1;
-        let (from, to) = (scene.to_local(from).as_vec3(), scene.to_local(to).as_vec3());
-        if scene.any_hit(&Ray::between(from, to), [NO_GROUP, NO_GROUP]) {
-            return None;
-        }
+    if !effects.transmission && is_blocked(scene, from, to, rays) {
+        return None;
     }
     let min_distance_m = source.settings.min_distance_m(default_min_distance_m);
     direct_path(scene, source.id, from, to, min_distance_m, rays)
+}
+
+/// Whether anything is on the straight line between two points in world coordinates. One ray, added to `rays`. Real-time safe.
+pub fn is_blocked(scene: &Scene, from: Vec3, to: Vec3, rays: &mut u64) -> bool {
+    *rays += 1;
+    let [from, to] = [from, to].map(|position| scene.to_local(position).as_vec3());
+    scene.any_hit(&Ray::between(from, to), [NO_GROUP, NO_GROUP])
 }
 
 /// One intersection of the line with a surface.

@@ -4,8 +4,8 @@ use crate::acoustics::{BANDS, BandArray};
 use crate::extrapolation::frame::{FramePath, energy};
 use crate::extrapolation::geometric::FrameInputs;
 use crate::extrapolation::geometric::frame_geometry::{FrameGeometry, GeometryArena};
-use crate::extrapolation::geometric::line_extrapolation::PathLine;
 use crate::extrapolation::geometric::source_poses::FrameSource;
+use crate::extrapolation::line_extrapolation::PathLine;
 use crate::propagation::amplitude::{apply_directivity, reflected};
 use crate::propagation::curved_reflection::CurvedSequence;
 use crate::propagation::diffraction::{DiffractionSequence, reflection_gain};
@@ -138,21 +138,23 @@ impl Candidate {
         }
     }
 
-    /// A visible candidate extrapolated along its line; `None` if this frame must evaluate it.
+    /// A visible candidate extrapolated along its line; `None` if this frame must evaluate it. Reflections are not: whether their
+    /// points leave their surfaces is seen in every frame.
     pub(crate) fn extrapolate(
         &self,
         inputs: &FrameInputs<'_>,
         source: Option<&FrameSource>,
         (frame, every): (u64, u32),
     ) -> Option<FramePath> {
-        let path = self.line.as_ref()?.at(frame, every.into())?;
         let is_masked = match self.geometry {
             // A held path jumps between updates.
-            PathGeometry::Unknown => return None,
+            PathGeometry::Unknown | PathGeometry::Reflection(_) => return None,
             PathGeometry::Diffraction(sequence) => sequence.continued_reflection().is_none(),
-            PathGeometry::Reflection(_) | PathGeometry::Curved(_) => false,
+            PathGeometry::Curved(_) => false,
         };
-        let is_occluded = source.is_some_and(|source| source.is_occluded);
+        let source = source?;
+        let path = self.line.as_ref()?.at(frame, every.into(), source.reach)?;
+        let is_occluded = source.is_occluded;
         let is_out = self.is_gone(inputs.scene) || is_masked && !is_occluded;
         (!is_out).then_some(path)
     }
@@ -217,20 +219,40 @@ impl Candidate {
         FrameGeometry::Unfolded
     }
 
-    /// The audible path of a visible candidate.
+    /// The amplitude of a reflection extrapolated along its line; `None` if this frame must compute it.
+    pub(crate) fn extrapolated_amplitude(
+        &self,
+        source: &FrameSource,
+        (frame, every): (u64, u32),
+    ) -> Option<BandArray> {
+        match (self.geometry, every > 1) {
+            (PathGeometry::Reflection(_), true) => {
+                let line = self.line.as_ref()?;
+                Some(line.at(frame, every.into(), source.reach)?.amplitude)
+            }
+            _ => None,
+        }
+    }
+
+    /// The audible path of a visible candidate. A reflection whose `amplitude` is extrapolated has this frame's points only.
     pub(crate) fn frame_path(
         &self,
         geometry: FrameGeometry,
         inputs: &FrameInputs<'_>,
         source: &FrameSource,
-        arena: &GeometryArena,
+        (arena, amplitude): (&GeometryArena, Option<BandArray>),
     ) -> Option<FramePath> {
         match geometry {
             FrameGeometry::Unevaluated | FrameGeometry::Invalid | FrameGeometry::Unfolded => None,
             FrameGeometry::Held(index) | FrameGeometry::Extrapolated(index) => {
                 Some(*arena.path(index))
             }
-            FrameGeometry::Image(index) => Some(self.reflected(arena.image(index), source, inputs)),
+            FrameGeometry::Image(index) => {
+                let image = arena.image(index);
+                let amplitude =
+                    amplitude.unwrap_or_else(|| self.amplitude_of(image, source, inputs));
+                Some(self.reflected(image, source, inputs, amplitude))
+            }
             FrameGeometry::Diffracted(index) => {
                 let diffracted = arena.diffracted(index);
                 let path = diffracted.path(inputs.scene, &source.endpoints, !source.is_occluded)?;
@@ -240,14 +262,14 @@ impl Candidate {
         }
     }
 
-    /// A reflected path with this frame's length, air absorption, spreading, angles, directivity and direction, by the
-    /// functions of propagation.
-    fn reflected(
+    /// The amplitude of a reflected path in this frame: air absorption, spreading, angles and directivity, by the functions of
+    /// propagation.
+    fn amplitude_of(
         &self,
         image: &ImagePath,
         source: &FrameSource,
         inputs: &FrameInputs<'_>,
-    ) -> FramePath {
+    ) -> BandArray {
         let scene = inputs.scene;
         let mut amplitude = reflected(scene, image, source.endpoints.min_distance_m);
         if image.order == 1 {
@@ -259,6 +281,19 @@ impl Candidate {
         }
         let departure = (image.points[0] - source.local[0]).as_vec3();
         apply_directivity(&mut amplitude, &source.endpoints.source, departure);
+        amplitude
+    }
+
+    /// A reflected path with this frame's length and directions.
+    fn reflected(
+        &self,
+        image: &ImagePath,
+        source: &FrameSource,
+        inputs: &FrameInputs<'_>,
+        amplitude: BandArray,
+    ) -> FramePath {
+        let scene = inputs.scene;
+        let departure = (image.points[0] - source.local[0]).as_vec3();
         // Rounded as in an update: a static path is bit-identical to it.
         let (position, length_m) = (scene.to_world(image.image), image.length_m as f32);
         FramePath {

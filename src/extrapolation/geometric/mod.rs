@@ -11,14 +11,12 @@
 //! - [`candidate_set`]: the candidates, merged with every update;
 //! - [`candidate`], `frame_geometry`: a path in the present graphics frame; `source_poses`: its source;
 //! - [`visibility_scheduler`]: the visibility tests of a graphics frame;
-//! - [`line_extrapolation`]: paths between their evaluations;
 //! - `late_energy`: the late energy between two updates.
 
 pub mod candidate;
 pub mod candidate_set;
 mod frame_geometry;
 mod late_energy;
-pub mod line_extrapolation;
 pub mod prepared_update;
 pub mod settings;
 mod source_poses;
@@ -95,9 +93,9 @@ enum Step {
 #[derive(Debug)]
 pub(crate) struct GeometricPredictor {
     settings: GeometricSettings,
-    /// Each path is evaluated in one of this many graphics frames: in the next frame, and in this one.
-    next_exact_every: u32,
-    exact_every: u32,
+    /// One of this many visibility rays is cast in the next frame, and in this one.
+    next_ray_divisor: u32,
+    ray_divisor: u32,
     set: CandidateSet,
     history: ListenerHistory,
     scheduler: VisibilityScheduler,
@@ -115,11 +113,10 @@ pub(crate) struct GeometricPredictor {
 
 impl GeometricPredictor {
     pub(crate) fn new(settings: GeometricSettings) -> Self {
-        let exact_every = settings.exact_every.max(1);
         Self {
             settings,
-            next_exact_every: exact_every,
-            exact_every,
+            next_ray_divisor: 1,
+            ray_divisor: 1,
             set: CandidateSet::default(),
             history: ListenerHistory::default(),
             scheduler: VisibilityScheduler::default(),
@@ -145,10 +142,14 @@ impl GeometricPredictor {
         self.sources.reserve(sources);
     }
 
-    /// Evaluates each path in one of this many graphics frames, at least as many as the settings say, from the next frame
-    /// on.
-    pub(crate) fn set_exact_every(&mut self, exact_every: u32) {
-        self.next_exact_every = exact_every.max(self.settings.exact_every).max(1);
+    /// Casts one of this many visibility rays from the next frame on.
+    pub(crate) fn set_ray_divisor(&mut self, divisor: u32) {
+        self.next_ray_divisor = divisor.max(1);
+    }
+
+    /// See [`GeometricSettings::exact_every`]; at least 1.
+    pub(crate) fn exact_every(&self) -> u32 {
+        self.settings.exact_every.max(1)
     }
 
     /// Resumes a graphics frame until the budget is spent and appends its paths to `paths`; `arrived` is the new update, if
@@ -176,7 +177,7 @@ impl GeometricPredictor {
             self.evaluate(inputs, budget);
             if !budget.is_spent() {
                 let count = inputs.sources.len();
-                let rays = self.settings.rays(count, self.exact_every);
+                let rays = self.settings.rays(count) / u64::from(self.ray_divisor);
                 let states = &self.set.states;
                 self.scheduler
                     .begin(rays, self.frame, states, &self.geometries);
@@ -217,7 +218,7 @@ impl GeometricPredictor {
 
     /// Begins a graphics frame, and the merge of a new update.
     fn begin(&mut self, arrived: Option<(&PathSet, &PreparedUpdate)>, inputs: &FrameInputs<'_>) {
-        self.exact_every = self.next_exact_every;
+        self.ray_divisor = self.next_ray_divisor;
         let listener = inputs.listener.position;
         let is_far = |a: Vec3, b: Vec3| a.distance_squared(b) > JUMP_M * JUMP_M;
         let listener_jumped = self
@@ -225,7 +226,7 @@ impl GeometricPredictor {
             .last()
             .is_some_and(|last| is_far(last, listener));
         self.history.push(listener);
-        let source_jumped = self.sources.update(inputs, is_far);
+        let source_jumped = self.sources.update(inputs, self.exact_every(), is_far);
         if listener_jumped || source_jumped {
             let sources = &self.sources;
             self.set.forget_past(self.frame, |source| {
@@ -242,7 +243,7 @@ impl GeometricPredictor {
 
     /// Evaluates the visible candidates; the visibility tests evaluate blocked ones.
     fn evaluate(&mut self, inputs: &FrameInputs<'_>, budget: &mut WorkBudget) {
-        let every = self.exact_every;
+        let every = self.exact_every();
         let each = self.set.candidates.iter().zip(&mut self.set.states);
         for (candidate, state) in each.skip(self.geometries.len()) {
             if budget.is_spent() {
@@ -284,7 +285,7 @@ impl GeometricPredictor {
         budget: &mut WorkBudget,
         paths: &mut Vec<FramePath>,
     ) -> Step {
-        let every = self.exact_every;
+        let every = self.exact_every();
         let each = self.set.states.iter_mut().zip(&mut self.set.candidates);
         let each = each.zip(&self.geometries);
         for (index, ((state, candidate), &geometry)) in each.enumerate().skip(first) {
@@ -299,6 +300,7 @@ impl GeometricPredictor {
                 return Step::Emit(index);
             }
             budget.spend(cost::EMITTED);
+            let amplitude = candidate.extrapolated_amplitude(source, (self.frame, every));
             budget.spend(match (geometry, candidate.geometry) {
                 (FrameGeometry::Diffracted(_), PathGeometry::Diffraction(sequence))
                     if sequence.has_two_edges() =>
@@ -306,6 +308,7 @@ impl GeometricPredictor {
                     2 * cost::WAVE
                 }
                 (FrameGeometry::Diffracted(_), _) => cost::WAVE,
+                (FrameGeometry::Image(_), _) if amplitude.is_some() => cost::CONTINUED,
                 (FrameGeometry::Image(_), _) if candidate.path.order == 1 => {
                     let edges = source.reflection_edges(inputs);
                     let own =
@@ -315,8 +318,11 @@ impl GeometricPredictor {
                 (FrameGeometry::Image(_), _) => cost::REFLECTED,
                 _ => 0,
             });
-            let path = candidate.frame_path(geometry, inputs, source, &self.arena);
-            if every > 1 && !matches!(geometry, FrameGeometry::Extrapolated(_)) {
+            let own = (&self.arena, amplitude);
+            let path = candidate.frame_path(geometry, inputs, source, own);
+            let is_evaluated =
+                amplitude.is_none() && !matches!(geometry, FrameGeometry::Extrapolated(_));
+            if every > 1 && is_evaluated {
                 candidate.update_line(path.as_ref(), self.frame, every);
             }
             let Some(path) = path else {

@@ -20,32 +20,30 @@ const MIN_BUDGET_SOURCES: usize = 4;
 /// Settings of [`crate::extrapolation::PredictorKind::Geometric`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GeometricSettings {
-    /// Visibility rays per graphics frame and source if every frame evaluates every path; the budget is that of at least four
-    /// sources. With 0 only the updates determine visibility.
+    /// Visibility rays per graphics frame and source; the budget is that of at least four sources. With 0 only the updates determine visibility.
     pub rays_per_source: u32,
     /// Whether updates also list invalid paths that may be valid nearby; they are silent until a ray finds them visible.
     pub nearby: bool,
     /// The listener position for which updates are computed.
     pub prediction_target: PredictionTarget,
-    /// Each path is evaluated in one of this many graphics frames, or fewer, and extrapolated linearly in the others. 0 counts
-    /// as 1.
+    /// Amplitudes of reflections, edge waves and paths around edges are evaluated in one of this many graphics frames, and
+    /// extrapolated linearly in the others as long as source and listener move little. 0 counts as 1. Delays and directions of
+    /// straight and reflected paths are exact in every frame.
     pub exact_every: u32,
 }
 
 impl GeometricSettings {
-    /// Best quality. A sound thread evaluates paths less often where the work of a graphics frame would take too much time.
+    /// Best quality. A sound thread casts fewer rays where the work of a graphics frame would take too much time.
     pub const FULL: Self = Self {
         rays_per_source: 96,
         nearby: true,
         prediction_target: PredictionTarget::End,
-        exact_every: 1,
+        exact_every: 4,
     };
 
-    /// Ray budget of a graphics frame in which one path of `exact_every` is evaluated: less often evaluated, less often
-    /// tested.
-    pub(crate) fn rays(&self, sources: usize, exact_every: u32) -> u64 {
-        let rays = u64::from(self.rays_per_source) * sources.max(MIN_BUDGET_SOURCES) as u64;
-        rays / u64::from(exact_every).max(1)
+    /// Ray budget of a graphics frame of so many sources.
+    pub(crate) fn rays(&self, sources: usize) -> u64 {
+        u64::from(self.rays_per_source) * sources.max(MIN_BUDGET_SOURCES) as u64
     }
 }
 

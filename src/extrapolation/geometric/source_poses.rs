@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 
 use crate::extrapolation::frame::allows;
 use crate::extrapolation::geometric::FrameInputs;
+use crate::extrapolation::line_extrapolation::frames_ahead;
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::{Path, ReflectionEdge};
 use crate::scene::{SourceId, SourcePose};
@@ -21,6 +22,8 @@ pub(crate) struct FrameSource {
     pub(crate) is_occluded: bool,
     /// Whether it was put elsewhere since the last graphics frame.
     pub(crate) has_jumped: bool,
+    /// Graphics frames over which its paths may be extrapolated linearly.
+    pub(crate) reach: u64,
     /// Range of its edges in [`FrameInputs::reflection_edges`].
     reflection_edges: (usize, usize),
 }
@@ -57,10 +60,12 @@ impl FrameSources {
         self.last.reserve(sources);
     }
 
-    /// Sets the poses of a graphics frame; returns whether a source has jumped: its last position is far.
+    /// Sets the poses of a graphics frame, one of `every` of which evaluates a path; returns whether a source has jumped: its last
+    /// position is far.
     pub(crate) fn update(
         &mut self,
         inputs: &FrameInputs<'_>,
+        every: u32,
         is_far: impl Fn(Vec3, Vec3) -> bool,
     ) -> bool {
         let to = inputs.listener.position;
@@ -68,19 +73,24 @@ impl FrameSources {
         std::mem::swap(&mut self.sources, &mut self.last);
         self.sources.clear();
         let last = &self.last;
-        let has_jumped = |index: usize, pose: &SourcePose| {
+        let last_of = |index: usize, pose: &SourcePose| {
             let own = |last: &&FrameSource| last.endpoints.source.id == pose.id;
             let likely = last.get(index).filter(own);
             let last = likely.or_else(|| last.iter().find(own));
-            last.is_some_and(|last| is_far(last.endpoints.from, pose.position))
+            last.map(|last| &last.endpoints)
         };
-        self.sources.extend(poses.map(|(index, pose)| FrameSource {
-            endpoints: Endpoints::of(pose, to, inputs.min_distance_m),
-            local: [pose.position, to].map(|position| inputs.scene.to_local(position)),
-            is_finite: pose.position.is_finite() && to.is_finite(),
-            is_occluded: inputs.occluded.get(index).is_some_and(|occluded| *occluded),
-            has_jumped: has_jumped(index, pose),
-            reflection_edges: range_of(inputs.reflection_edges, pose.id),
+        self.sources.extend(poses.map(|(index, pose)| {
+            let endpoints = Endpoints::of(pose, to, inputs.min_distance_m);
+            let last = last_of(index, pose);
+            FrameSource {
+                endpoints,
+                local: [pose.position, to].map(|position| inputs.scene.to_local(position)),
+                is_finite: pose.position.is_finite() && to.is_finite(),
+                is_occluded: inputs.occluded.get(index).is_some_and(|occluded| *occluded),
+                has_jumped: last.is_some_and(|last| is_far(last.from, pose.position)),
+                reach: last.map_or(1, |last| frames_ahead(last, &endpoints, every)),
+                reflection_edges: range_of(inputs.reflection_edges, pose.id),
+            }
         }));
         self.sources.iter().any(|source| source.has_jumped)
     }

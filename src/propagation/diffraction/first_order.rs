@@ -62,6 +62,8 @@ pub struct DirectField {
     pub visible: bool,
     /// Edges visible from both ends with a wave above [`MIN_RELATIVE_AMPLITUDE`].
     pub edges: DirectEdges,
+    /// Edge waves that were computed: most of the cost.
+    pub waves: usize,
     /// Pressure factor of what is on the straight line per band: 1 where nothing is, 0 where it is opaque or the source's
     /// transmission is off.
     pub through: BandArray,
@@ -73,6 +75,7 @@ impl Default for DirectField {
         Self {
             visible: true,
             edges: DirectEdges::default(),
+            waves: 0,
             through: [1.0; BANDS],
         }
     }
@@ -319,6 +322,7 @@ pub fn direct_field(
         }
         let spreading = spreading(straight_m, path.crossing.length_m(), min_distance_m);
         let field = path.field(scene, endpoints, result.visible);
+        result.waves += 1;
         if field.is_audible(spreading) {
             let energy = field.energy(spreading);
             loudest.push(field, energy);
@@ -332,6 +336,7 @@ pub fn direct_field(
         let length_m = field.path.crossing.length_m();
         let spreading = spreading(straight_m, length_m, min_distance_m);
         let along_faces = along_faces(scene, endpoints, edge, &result.edges, rays);
+        result.waves += along_faces.iter().flatten().count();
         result.edges.push(edge);
         let (mut merged, mut separate) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
         for (b, &wavenumber) in wavenumbers.iter().enumerate() {

@@ -34,14 +34,13 @@ const MIN_SHARE: f64 = 0.015;
 /// Greatest target of the whole block, whatever the number of listeners.
 const MOST_SHARE: f64 = 0.6;
 
-/// Share of a core that graphics frames may take: with more work, paths are evaluated less often, down to one graphics frame
-/// in [`MAX_EXACT_EVERY`].
+/// Share of a core that graphics frames may take: with more work, fewer visibility rays are cast, down to one in
+/// [`MAX_RAY_DIVISOR`].
 const FRAMES_SHARE: f64 = 0.08;
-const MAX_EXACT_EVERY: u32 = 4;
+const MAX_RAY_DIVISOR: u32 = 4;
 
-/// Work of a frame when paths are evaluated one step more often, relative to the present, and least graphics frames before
-/// such a step.
-const STEP_RATIO: f64 = 1.5;
+/// Work of a frame with the next smaller divisor, relative to the present, and least graphics frames before such a step.
+const STEP_RATIO: f64 = 1.25;
 const STEP_FRAMES: u32 = 64;
 
 /// Least graphics frames between a step and the next to less work.
@@ -81,7 +80,7 @@ pub(crate) struct BlockPacing {
     frames: u32,
     mean_work: f64,
     frame_limit: f64,
-    exact_every: u32,
+    ray_divisor: u32,
     frames_since_step: u32,
 }
 
@@ -100,7 +99,7 @@ impl BlockPacing {
             frames: 0,
             mean_work: 0.0,
             frame_limit: f64::INFINITY,
-            exact_every: 1,
+            ray_divisor: 1,
             frames_since_step: 0,
         }
     }
@@ -115,9 +114,9 @@ impl BlockPacing {
         }
     }
 
-    /// Each path is evaluated in one of this many graphics frames.
-    pub(crate) fn exact_every(&self) -> u32 {
-        self.exact_every
+    /// One of this many visibility rays is cast.
+    pub(crate) fn ray_divisor(&self) -> u32 {
+        self.ray_divisor
     }
 
     /// Whether this block may commit the frame. Every frame is committed in the same block of its own, the last: at uneven
@@ -165,14 +164,14 @@ impl BlockPacing {
         let weight = MEAN_WEIGHT.max(1.0 / f64::from(self.frames));
         self.mean_work += weight * (f64::from(self.frame_work) - self.mean_work);
         self.frames_since_step = self.frames_since_step.saturating_add(1);
-        let may_rise = self.exact_every > 1 && self.frames_since_step > STEP_FRAMES;
+        let may_rise = self.ray_divisor > 1 && self.frames_since_step > STEP_FRAMES;
         let may_fall = self.frames_since_step >= SETTLING_FRAMES;
-        if may_fall && self.mean_work > self.frame_limit && self.exact_every < MAX_EXACT_EVERY {
-            self.exact_every += 1;
+        if may_fall && self.mean_work > self.frame_limit && self.ray_divisor < MAX_RAY_DIVISOR {
+            self.ray_divisor += 1;
             self.mean_work /= STEP_RATIO;
             self.frames_since_step = 0;
         } else if may_rise && STEP_RATIO * self.mean_work < self.frame_limit {
-            self.exact_every -= 1;
+            self.ray_divisor -= 1;
             self.mean_work *= STEP_RATIO;
             self.frames_since_step = 0;
         }
@@ -271,19 +270,19 @@ mod tests {
     }
 
     #[test]
-    fn paths_are_evaluated_less_often_where_frames_take_too_much() {
+    fn fewer_rays_are_cast_where_frames_take_too_much() {
         let mut pace = BlockPacing::new(256.0 / 44_100.0, true, 1);
         let mut run = |work: u32| {
             for _ in 0..400 {
-                let work = work / pace.exact_every();
+                let work = work / pace.ray_divisor();
                 spread(&mut pace, work);
             }
-            pace.exact_every()
+            pace.ray_divisor()
         };
         // 8 % of 16.7 ms are 13,333 units.
         assert_eq!(run(12_000), 1);
         assert_eq!(run(24_000), 2);
-        assert_eq!(run(90_000), MAX_EXACT_EVERY);
+        assert_eq!(run(90_000), MAX_RAY_DIVISOR);
         assert_eq!(run(4_000), 1);
     }
 

@@ -126,7 +126,7 @@ impl Renderer {
             let extrapolator = &mut own.extrapolator;
             extrapolator.set_instance_poses(&frame.instances);
             extrapolator.record_sources(&frame.sources, self.clock.tick_s() * passed as f64);
-            extrapolator.set_exact_every(self.pacing.exact_every());
+            extrapolator.set_ray_divisor(self.pacing.ray_divisor());
             own.is_extrapolated = false;
         }
         self.frame_in_progress = true;

@@ -1,0 +1,146 @@
+//! The direct field in the graphics frames that do not compute its edge waves.
+//!
+//! Audio side; one ray a source. Edge waves in eight bands are most of the cost of a source's direct field, and change little
+//! from one graphics frame to the next. The sources take turns: one frame of [`super::GeometricSettings::exact_every`] computes a
+//! source's field, and the others extrapolate its paths linearly, as long as source and listener move little. The straight path keeps
+//! its exact delay and direction in every frame, and whatever begins or ceases to block it is seen at once.
+
+use glam::Vec3;
+
+use crate::acoustics::BANDS;
+use crate::extrapolation::frame::FramePath;
+use crate::extrapolation::line_extrapolation::{PathLine, frames_ahead};
+use crate::propagation::diffraction::{DirectField, MAX_DIRECT_EDGES};
+use crate::propagation::endpoints::Endpoints;
+use crate::propagation::transmission::{is_blocked, unoccluded_path};
+use crate::scene::{ListenerPose, Scene};
+
+/// Distance in metres between two graphics frames from which a field says nothing about the next one.
+const JUMP_M: f32 = 1.0;
+
+/// The field of one source where it was last computed.
+#[derive(Debug, Clone)]
+struct SourceField {
+    /// Source and listener of the frame in which this field was last used.
+    endpoints: Endpoints,
+    used: u64,
+    field: DirectField,
+    lines: [Option<PathLine>; 1 + MAX_DIRECT_EDGES],
+}
+
+/// The last computed fields of all sources, in the order of the frame's sources.
+#[derive(Debug, Default)]
+pub(super) struct DirectLines {
+    fields: Vec<Option<SourceField>>,
+    frame: u64,
+    every: u64,
+}
+
+impl DirectLines {
+    /// Reserves capacity for this many sources. Control side.
+    pub(super) fn reserve(&mut self, sources: usize) {
+        self.fields.reserve(sources);
+    }
+
+    /// Begins or resumes a graphics frame, which computes the fields of one source in `every`.
+    pub(super) fn begin(&mut self, sources: usize, every: u32) {
+        self.every = every.into();
+        match every > 1 {
+            true => self.fields.resize(sources, None),
+            false => self.fields.clear(),
+        }
+    }
+
+    /// Ends the graphics frame.
+    pub(super) fn end(&mut self) {
+        self.frame += 1;
+    }
+
+    /// Appends the paths of the source at `index` to `paths` and returns its field, or `None` if this frame has to compute it.
+    pub(super) fn extrapolate(
+        &mut self,
+        index: usize,
+        endpoints: &Endpoints,
+        (scene, listener): (&Scene, &ListenerPose),
+        rays: &mut u64,
+        paths: &mut Vec<FramePath>,
+    ) -> Option<DirectField> {
+        let own = self.fields.get_mut(index)?.as_mut()?;
+        let is_turn = self
+            .frame
+            .wrapping_add(index as u64)
+            .is_multiple_of(self.every);
+        if is_turn || !own.continues(endpoints, self.frame) {
+            return None;
+        }
+        let reach = frames_ahead(&own.endpoints, endpoints, self.every as u32);
+        (own.endpoints, own.used) = (*endpoints, self.frame);
+        let is_blocked = is_blocked(scene, endpoints.from, endpoints.to, rays);
+        if is_blocked == (own.field.through == [1.0; BANDS]) {
+            return None;
+        }
+        let first = paths.len();
+        for line in own.lines.iter().flatten() {
+            let Some(mut path) = line.ahead(self.frame, reach) else {
+                paths.truncate(first);
+                return None;
+            };
+            if path.kind.is_straight() {
+                let Endpoints { source, from, .. } = endpoints;
+                let at = (*from, endpoints.to);
+                let line = unoccluded_path(scene, source.id, at.0, at.1, endpoints.min_distance_m);
+                let exact = FramePath::of(&line, *from, listener, scene);
+                let amplitude = path.amplitude;
+                path = FramePath { amplitude, ..exact };
+            }
+            paths.push(path);
+        }
+        Some(DirectField {
+            waves: 0,
+            ..own.field
+        })
+    }
+
+    /// Stores the field of the source at `index` and its paths, which this frame has computed.
+    pub(super) fn store(
+        &mut self,
+        index: usize,
+        endpoints: &Endpoints,
+        field: &DirectField,
+        paths: &[FramePath],
+    ) {
+        let Some(own) = self.fields.get_mut(index) else {
+            return;
+        };
+        let before = own.take().filter(|before| {
+            before.continues(endpoints, self.frame) && before.field.through == field.through
+        });
+        let before = before.as_ref();
+        let lines = std::array::from_fn(|n| {
+            let path = paths.get(n)?;
+            let lines = before.into_iter().flat_map(|before| before.lines.iter());
+            let line = lines.flatten().find(|line| line.id() == path.id);
+            Some(PathLine::through(path, self.frame, line, self.every))
+        });
+        *own = Some(SourceField {
+            endpoints: *endpoints,
+            used: self.frame,
+            field: *field,
+            lines,
+        });
+    }
+}
+
+impl SourceField {
+    /// Whether source and listener are those of the frame before, unchanged but for their motion and the mix.
+    fn continues(&self, endpoints: &Endpoints, frame: u64) -> bool {
+        let (own, new) = (&self.endpoints.source, &endpoints.source);
+        let (a, b) = (&own.settings, &new.settings);
+        let is_near = |a: Vec3, b: Vec3| a.distance_squared(b) <= JUMP_M * JUMP_M;
+        own.id == new.id
+            && (a.effects, a.directivity, a.radius_m) == (b.effects, b.directivity, b.radius_m)
+            && frame <= self.used + 1
+            && is_near(own.position, endpoints.from)
+            && is_near(self.endpoints.to, endpoints.to)
+    }
+}
