@@ -73,17 +73,10 @@ impl EdgeVisibilityGraph {
                 }
                 for &other in leaf.iter().filter(|&&o| o as usize != index) {
                     compared += 1;
-                    let (s, t) = edge.closest(&edges[other as usize]);
-                    let apart_m = edge.at(s).distance(edges[other as usize].at(t));
-                    let rank =
-                        |&(m, o): &(f64, u32)| m.total_cmp(&apart_m).then(o.cmp(&other)).is_lt();
-                    let rank_index = near.partition_point(rank);
-                    if rank_index < MOST_TESTED + MOST_EQUAL
-                        && apart_m < reach_m
-                        && outside(edge, &edges[other as usize])
-                    {
-                        near.truncate(MOST_TESTED + MOST_EQUAL - 1);
-                        near.insert(rank_index, (apart_m, other));
+                    let candidate = &edges[other as usize];
+                    let apart_m = edge.distance_m(candidate);
+                    if apart_m < reach_m {
+                        insert(&mut near, (apart_m, other), || outside(edge, candidate));
                     }
                 }
                 true
@@ -138,6 +131,18 @@ impl EdgeVisibilityGraph {
     }
 }
 
+/// Inserts an edge into the [`MOST_TESTED`] and [`MOST_EQUAL`] nearest ones unless it is there or does not count.
+fn insert(nearest: &mut Vec<(f64, u32)>, new: (f64, u32), counts: impl Fn() -> bool) {
+    let rank = |other: &(f64, u32)| other.0.total_cmp(&new.0).then(other.1.cmp(&new.1));
+    let rank_index = nearest.partition_point(|other| rank(other).is_lt());
+    if rank_index == MOST_TESTED + MOST_EQUAL || nearest.get(rank_index) == Some(&new) || !counts()
+    {
+        return;
+    }
+    nearest.truncate(MOST_TESTED + MOST_EQUAL - 1);
+    nearest.insert(rank_index, new);
+}
+
 /// The first `most` of edges by distance, and those as near as the last of them: which of equals come first is arbitrary.
 fn with_equals<'a>(
     near: impl Iterator<Item = &'a (f64, u32)>,
@@ -190,16 +195,12 @@ impl EdgesByFace {
                 .take_while(|entry| entry.0 == face);
             for &(_, other) in own.take(self.compared) {
                 let candidate = &edges[other as usize];
-                let (s, t) = edge.closest(candidate);
-                let apart_m = edge.at(s).distance(candidate.at(t));
-                if (reach_m[0]..reach_m[1]).contains(&apart_m) && outside(edge, candidate) {
-                    far.push((apart_m, other));
+                let apart_m = edge.distance_m(candidate);
+                if (reach_m[0]..reach_m[1]).contains(&apart_m) {
+                    insert(far, (apart_m, other), || outside(edge, candidate));
                 }
             }
         }
-        far.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        far.dedup();
-        far.truncate(MOST_TESTED + MOST_EQUAL);
     }
 }
 
