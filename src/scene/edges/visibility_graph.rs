@@ -101,23 +101,38 @@ impl EdgeVisibilityGraph {
     }
 
     /// The lists of chosen pairs, each given in both orders, nearest first.
-    fn of_pairs(mut pairs: Vec<(u32, f64, u32)>, edges: usize) -> Self {
-        pairs.sort_by_key(|&(edge, _, other)| (edge, other));
-        pairs.dedup_by_key(|&mut (edge, _, other)| (edge, other));
-        pairs.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
-        let mut result = Self {
-            first: vec![0; edges + 1],
-            list: Vec::with_capacity(pairs.len()),
-        };
-        for own in pairs.chunk_by(|a, b| a.0 == b.0) {
-            result
-                .list
-                .extend(own.iter().take(MOST_LISTED).map(|pair| pair.2));
-            result.first[own[0].0 as usize + 1] = result.list.len() as u32;
+    fn of_pairs(pairs: Vec<(u32, f64, u32)>, edges: usize) -> Self {
+        // Counted by edge, since the order of an edge's pairs decides which of two equal ones counts.
+        let mut next = vec![0usize; edges + 1];
+        for pair in &pairs {
+            next[pair.0 as usize + 1] += 1;
         }
         for edge in 0..edges {
-            result.first[edge + 1] = result.first[edge + 1].max(result.first[edge]);
+            next[edge + 1] += next[edge];
         }
+        let mut by_edge = vec![(0.0, 0); pairs.len()];
+        for (edge, apart_m, other) in pairs {
+            let slot = &mut next[edge as usize];
+            by_edge[*slot] = (apart_m, other);
+            *slot += 1;
+        }
+        let mut result = Self {
+            first: vec![0; edges + 1],
+            list: Vec::with_capacity(by_edge.len()),
+        };
+        let (mut from, mut own) = (0, Vec::new());
+        for edge in 0..edges {
+            own.clear();
+            own.extend_from_slice(&by_edge[from..next[edge]]);
+            own.sort_by_key(|&(_, other): &(f64, u32)| other);
+            own.dedup_by_key(|&mut (_, other)| other);
+            own.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            let others = own.iter().take(MOST_LISTED).map(|pair| pair.1);
+            result.list.extend(others);
+            result.first[edge + 1] = result.list.len() as u32;
+            from = next[edge];
+        }
+        result.list.shrink_to_fit();
         result
     }
 
