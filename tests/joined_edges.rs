@@ -253,6 +253,9 @@ fn a_swinging_door_is_as_continuous_as_scenes_committed_with_it() {
         let (mut twice, second) = with_a_door(settings(2));
         let (mut set, mut before) = (PathSet::default(), PathSet::default());
         let (mut kept, mut all) = (0, 0);
+        // The door's farthest corner from the hinge, and the step of its angle. Legs within the door keep their length, and
+        // lengths do not depend on where along an edge a path crosses it, so two legs change by the corner's motion at most.
+        let most_moved_m = 2.0 * Vec2::new(0.93, 0.08).length() * 0.4f32.to_radians();
         for step in 0..220 {
             let degrees = 0.1 + 0.4 * step as f32;
             let pose = swung(second, degrees);
@@ -275,7 +278,7 @@ fn a_swinging_door_is_as_continuous_as_scenes_committed_with_it() {
                 if let Some(next) = set.paths.iter().find(|p| p.id == path.id) {
                     assert_eq!(next.edges, path.edges);
                     let moved_m = (next.length_m - path.length_m).abs();
-                    assert!(moved_m < 0.02, "{degrees}°: {moved_m} m");
+                    assert!(moved_m < most_moved_m, "{degrees}°: {moved_m} m");
                 }
                 let goes_on = |p: &&Path| p.diffraction_order == 2 && p.edges == path.edges;
                 if let Some(next) = set.paths.iter().find(goes_on) {

@@ -62,7 +62,7 @@ impl Aabb {
     }
 
     /// Half the surface area; 0 of an empty box.
-    pub(super) fn half_area(&self) -> f64 {
+    pub(crate) fn half_area(&self) -> f64 {
         let size = self.size().max(Vec3::ZERO).as_dvec3();
         size.x * (size.y + size.z) + size.y * size.z
     }

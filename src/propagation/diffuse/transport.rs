@@ -125,7 +125,7 @@ impl SceneField {
 
     /// The patches of a scene, without transport between them.
     fn untraced(scene: &Scene, count: usize, rays: &mut u64) -> Self {
-        let count = count.min(affordable(scene.bvh().crossed_boxes()));
+        let count = count.min(affordable(scene.static_crossed_boxes()));
         let samples = SurfaceSamples::new(scene, count, rays);
         let patches = samples.patches;
         let mut share = vec![0.0; patches];
@@ -446,12 +446,53 @@ kernel! {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use glam::{DVec3, Vec3};
+
     use super::*;
+    use crate::propagation::rays::directions::{mix, unit};
+    use crate::scene::{
+        InstanceId, InstancePose, MaterialTable, SceneSettings, TriangleMesh, procedural,
+    };
 
     #[test]
     fn rays_among_slivers_are_fewer_and_those_of_rooms_are_not() {
         assert!(affordable(200.0) >= 512);
         assert!(affordable(35_000.0) < 32);
         assert_eq!(affordable(1e9), 1);
+    }
+
+    /// Triangles that pass through each other, as the scene and as a part that is joined with a scene.
+    #[test]
+    fn a_heap_of_triangles_has_as_few_samples_in_a_joined_part() {
+        let table = MaterialTable::built_in();
+        let commit = |mesh: &TriangleMesh| {
+            Arc::new(Scene::commit(mesh, &table, &SceneSettings::default()).unwrap())
+        };
+        let mut heap = TriangleMesh::default();
+        let material = heap.material("concrete");
+        let random = |n: u64| 20.0 * unit(mix(n));
+        for n in 0..20_000u32 {
+            let corner = |k: u32| [0u32, 1, 2].map(|axis| random(u64::from(9 * n + 3 * k + axis)));
+            heap.vertices
+                .extend([0, 1, 2].map(|k| Vec3::from(corner(k))));
+            heap.triangles.push([3 * n, 3 * n + 1, 3 * n + 2]);
+            heap.triangle_materials.push(material);
+        }
+        let heap = commit(&heap);
+        let room = commit(&procedural::shoebox(
+            Vec3::new(40.0, 30.0, 40.0),
+            "concrete",
+        ));
+        let samples = |scene: &Scene| SceneField::untraced(scene, 512, &mut 0).samples.all.len();
+        let mut joined = Scene::clone(&room);
+        let pose = InstancePose::at(InstanceId::default(), DVec3::splat(5.0));
+        joined
+            .add_joined_instance(Arc::clone(&heap), &pose)
+            .unwrap();
+        let most = 2 * affordable(heap.bvh().crossed_boxes());
+        assert!(most < samples(&room), "{most} samples of the heap");
+        assert!(samples(&joined) <= most, "{} of {most}", samples(&joined));
     }
 }

@@ -81,15 +81,29 @@ pub(in crate::scene) fn contacts(
         return Vec::new();
     };
     let (least, greatest) = (least - 2.0 * PROBE_M, greatest + 2.0 * PROBE_M);
-    for (triangle, &surface) in triangles.iter().zip(&surfaces.triangle_surface) {
-        let corners = triangle.map(|v| vertices[v as usize].as_dvec3());
-        let [a, b, c] = corners;
-        let low = a.min(b).min(c) - PROBE_M;
-        let high = a.max(b).max(c) + PROBE_M;
+    let corners = |number: u32| {
+        let triangle = triangles[number as usize];
+        triangle.map(|v| vertices[v as usize].as_dvec3())
+    };
+    let bounds = |[a, b, c]: [DVec3; 3]| {
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        (low - PROBE_M, high + PROBE_M)
+    };
+    let rank = |number: u32| {
+        let [a, b, c] = corners(number);
+        let (low, high) = bounds([a, b, c]);
         // Most triangles of a part are far from the few edges that may touch another one.
-        if low.cmpgt(greatest).any() || high.cmplt(least).any() {
-            continue;
-        }
+        let near = low.cmple(greatest).all() && high.cmpge(least).all();
+        // Bits of positive numbers sort as the numbers do; inverted, the largest comes first.
+        let rank = (!((b - a).cross(c - a).length() as f32).to_bits(), number);
+        near.then_some(rank)
+    };
+    let mut order: Vec<(u32, u32)> = (0..triangles.len() as u32).filter_map(rank).collect();
+    order.sort_unstable();
+    for (_, number) in order {
+        let corners = corners(number);
+        let (low, high) = bounds(corners);
+        let surface = surfaces.triangle_surface[number as usize];
         let normal = surfaces.surfaces[surface as usize].normal;
         search.compare(&Facet::new(corners, normal, surface), low, high);
         if search.is_exhausted() {
@@ -101,7 +115,7 @@ pub(in crate::scene) fn contacts(
 }
 
 /// Contacts of edges, by triangles one after the other. Facets are compared with open sections of edges: where one contact
-/// leaves no air, another one changes nothing.
+/// leaves no air, another one changes nothing. The largest facets come first, since they close most.
 struct Search<'a> {
     edges: &'a [Edge],
     /// The edge of each section in the tree.

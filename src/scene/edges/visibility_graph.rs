@@ -73,17 +73,10 @@ impl EdgeVisibilityGraph {
                 }
                 for &other in leaf.iter().filter(|&&o| o as usize != index) {
                     compared += 1;
-                    let (s, t) = edge.closest(&edges[other as usize]);
-                    let apart_m = edge.at(s).distance(edges[other as usize].at(t));
-                    let rank =
-                        |&(m, o): &(f64, u32)| m.total_cmp(&apart_m).then(o.cmp(&other)).is_lt();
-                    let rank_index = near.partition_point(rank);
-                    if rank_index < MOST_TESTED + MOST_EQUAL
-                        && apart_m < reach_m
-                        && outside(edge, &edges[other as usize])
-                    {
-                        near.truncate(MOST_TESTED + MOST_EQUAL - 1);
-                        near.insert(rank_index, (apart_m, other));
+                    let candidate = &edges[other as usize];
+                    let apart_m = edge.distance_m(candidate);
+                    if apart_m < reach_m {
+                        insert(&mut near, (apart_m, other), || outside(edge, candidate));
                     }
                 }
                 true
@@ -108,23 +101,38 @@ impl EdgeVisibilityGraph {
     }
 
     /// The lists of chosen pairs, each given in both orders, nearest first.
-    fn of_pairs(mut pairs: Vec<(u32, f64, u32)>, edges: usize) -> Self {
-        pairs.sort_by_key(|&(edge, _, other)| (edge, other));
-        pairs.dedup_by_key(|&mut (edge, _, other)| (edge, other));
-        pairs.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
-        let mut result = Self {
-            first: vec![0; edges + 1],
-            list: Vec::with_capacity(pairs.len()),
-        };
-        for own in pairs.chunk_by(|a, b| a.0 == b.0) {
-            result
-                .list
-                .extend(own.iter().take(MOST_LISTED).map(|pair| pair.2));
-            result.first[own[0].0 as usize + 1] = result.list.len() as u32;
+    fn of_pairs(pairs: Vec<(u32, f64, u32)>, edges: usize) -> Self {
+        // Counted by edge, since the order of an edge's pairs decides which of two equal ones counts.
+        let mut next = vec![0usize; edges + 1];
+        for pair in &pairs {
+            next[pair.0 as usize + 1] += 1;
         }
         for edge in 0..edges {
-            result.first[edge + 1] = result.first[edge + 1].max(result.first[edge]);
+            next[edge + 1] += next[edge];
         }
+        let mut by_edge = vec![(0.0, 0); pairs.len()];
+        for (edge, apart_m, other) in pairs {
+            let slot = &mut next[edge as usize];
+            by_edge[*slot] = (apart_m, other);
+            *slot += 1;
+        }
+        let mut result = Self {
+            first: vec![0; edges + 1],
+            list: Vec::with_capacity(by_edge.len()),
+        };
+        let (mut from, mut own) = (0, Vec::new());
+        for edge in 0..edges {
+            own.clear();
+            own.extend_from_slice(&by_edge[from..next[edge]]);
+            own.sort_by_key(|&(_, other): &(f64, u32)| other);
+            own.dedup_by_key(|&mut (_, other)| other);
+            own.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            let others = own.iter().take(MOST_LISTED).map(|pair| pair.1);
+            result.list.extend(others);
+            result.first[edge + 1] = result.list.len() as u32;
+            from = next[edge];
+        }
+        result.list.shrink_to_fit();
         result
     }
 
@@ -136,6 +144,18 @@ impl EdgeVisibilityGraph {
     pub(crate) fn memory_bytes(&self) -> usize {
         size_of_val(self.first.as_slice()) + size_of_val(self.list.as_slice())
     }
+}
+
+/// Inserts an edge into the [`MOST_TESTED`] and [`MOST_EQUAL`] nearest ones unless it is there or does not count.
+fn insert(nearest: &mut Vec<(f64, u32)>, new: (f64, u32), counts: impl Fn() -> bool) {
+    let rank = |other: &(f64, u32)| other.0.total_cmp(&new.0).then(other.1.cmp(&new.1));
+    let rank_index = nearest.partition_point(|other| rank(other).is_lt());
+    if rank_index == MOST_TESTED + MOST_EQUAL || nearest.get(rank_index) == Some(&new) || !counts()
+    {
+        return;
+    }
+    nearest.truncate(MOST_TESTED + MOST_EQUAL - 1);
+    nearest.insert(rank_index, new);
 }
 
 /// The first `most` of edges by distance, and those as near as the last of them: which of equals come first is arbitrary.
@@ -190,16 +210,12 @@ impl EdgesByFace {
                 .take_while(|entry| entry.0 == face);
             for &(_, other) in own.take(self.compared) {
                 let candidate = &edges[other as usize];
-                let (s, t) = edge.closest(candidate);
-                let apart_m = edge.at(s).distance(candidate.at(t));
-                if (reach_m[0]..reach_m[1]).contains(&apart_m) && outside(edge, candidate) {
-                    far.push((apart_m, other));
+                let apart_m = edge.distance_m(candidate);
+                if (reach_m[0]..reach_m[1]).contains(&apart_m) {
+                    insert(far, (apart_m, other), || outside(edge, candidate));
                 }
             }
         }
-        far.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        far.dedup();
-        far.truncate(MOST_TESTED + MOST_EQUAL);
     }
 }
 

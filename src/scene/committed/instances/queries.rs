@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BandArray, Material};
 use crate::geometry::bvh::NO_GROUP;
-use crate::geometry::{Hit, Ray};
+use crate::geometry::{Aabb, Hit, Ray};
 use crate::scene::Scene;
 use crate::scene::committed::instances::numbering;
 use crate::scene::committed::instances::placed::PlacedInstance;
@@ -74,6 +74,28 @@ impl Scene {
     pub(crate) fn is_statically_blocked(&self, ray: &Ray, ignored: [u32; 2]) -> bool {
         self.bvh().any_hit(ray, ignored)
             || self.has_joined_instances() && self.instances.joined_blocker(ray, ignored).is_some()
+    }
+
+    /// [`Bvh::crossed_boxes`](crate::geometry::Bvh::crossed_boxes) of the same, for a line that starts in the part where it
+    /// is largest. A line through the bounds of all intersects those of one as often as their areas relate.
+    pub(crate) fn static_crossed_boxes(&self) -> f64 {
+        let fixed = self.bvh().crossed_boxes();
+        if !self.has_joined_instances() {
+            return fixed;
+        }
+        let joined = || self.instances.placed().filter(|p| p.joint.is_some());
+        let vertices = self.mesh.vertices.iter();
+        let own = vertices.fold(Aabb::EMPTY, |bounds, vertex| bounds.with_point(*vertex));
+        let all = joined().fold(own, |bounds, placed| bounds.union(&placed.bounds));
+        let of_all = all.half_area().max(f64::MIN_POSITIVE);
+        let parts = || {
+            let of_joined = joined().map(|p| (p.part.bvh().crossed_boxes(), p.bounds));
+            let parts = of_joined.chain([(fixed, own)]);
+            parts.map(|(boxes, bounds)| (boxes, bounds.half_area() / of_all))
+        };
+        let crossed: f64 = parts().map(|(boxes, share)| boxes * share).sum();
+        let remains = parts().map(|(boxes, share)| boxes * (1.0 - share));
+        crossed + remains.fold(0.0, f64::max)
     }
 
     /// Area in m² and number of every triangle of the same.
