@@ -149,11 +149,12 @@ impl Candidate {
         let is_masked = match self.geometry {
             // A held path jumps between updates.
             PathGeometry::Unknown => return None,
-            PathGeometry::Diffraction(sequence) => sequence.continued_reflection().is_none(),
+            PathGeometry::Diffraction(sequence) => {
+                source.is_none_or(|source| source.shadow.share(&sequence) == 0.0)
+            }
             PathGeometry::Reflection(_) | PathGeometry::Curved(_) => false,
         };
-        let is_occluded = source.is_some_and(|source| source.is_occluded);
-        let is_out = self.is_gone(inputs.scene) || is_masked && !is_occluded;
+        let is_out = self.is_gone(inputs.scene) || is_masked;
         (!is_out).then_some(path)
     }
 
@@ -195,8 +196,7 @@ impl Candidate {
                 });
             }
             PathGeometry::Diffraction(sequence) => {
-                // Updates omit such paths if the direct path is visible.
-                if !source.is_occluded && sequence.continued_reflection().is_none() {
+                if source.shadow.share(sequence) == 0.0 {
                     return FrameGeometry::Invalid;
                 }
                 let path = sequence.between(scene, &source.endpoints);
@@ -233,7 +233,13 @@ impl Candidate {
             FrameGeometry::Image(index) => Some(self.reflected(arena.image(index), source, inputs)),
             FrameGeometry::Diffracted(index) => {
                 let diffracted = arena.diffracted(index);
-                let path = diffracted.path(inputs.scene, &source.endpoints, !source.is_occluded)?;
+                let shadow = &source.shadow;
+                let is_lit = !shadow.is_occluded;
+                let mut path = diffracted.path(inputs.scene, &source.endpoints, is_lit)?;
+                if let PathGeometry::Diffraction(sequence) = &self.geometry {
+                    let share = shadow.share(sequence);
+                    path.amplitude = path.amplitude.map(|value| value * share);
+                }
                 let from = source.endpoints.from;
                 Some(FramePath::of(&path, from, inputs.listener, inputs.scene))
             }
