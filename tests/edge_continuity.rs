@@ -1,11 +1,13 @@
-//! A path over two edges, between listeners 5 mm apart: it fades where its geometry ends.
+//! Paths over two edges, between listeners 5 mm apart: a path fades where its geometry ends, and all of them where the source
+//! comes into sight.
 
 #[expect(dead_code, reason = "this test uses a part of it")]
 mod parts;
 
 use foresound::propagation::Path;
-use foresound::propagation::diffraction::DiffractionSequence;
+use foresound::propagation::diffraction::{self, DiffractionSequence, direct_field};
 use foresound::propagation::endpoints::Endpoints;
+use foresound::scene::edges::DiffractingEdges;
 use foresound::scene::{InstanceId, InstancePose, Scene, SourcePose};
 use glam::{Quat, Vec3};
 use parts::{block, commit, joined, source};
@@ -76,6 +78,14 @@ fn grazes_a_face(scene: &Scene, path: &Path, source: &SourcePose, at: Vec3) -> b
     })
 }
 
+/// Listeners of a walk past the ring.
+fn position(walk: i32, step: i32) -> Vec3 {
+    let turn = std::f32::consts::TAU * (walk as f32 + 0.3) / 24.0;
+    let ahead = Vec3::new(turn.cos(), 0.0, -turn.sin());
+    let middle = Vec3::new(20.0 * turn.sin(), 1.6, 20.0 * turn.cos());
+    middle + ahead * (STEP_M * step as f32)
+}
+
 #[test]
 fn paths_over_two_edges_fade_where_their_geometry_ends() {
     let scene = ring();
@@ -83,10 +93,7 @@ fn paths_over_two_edges_fade_where_their_geometry_ends() {
     let count = scene.edges().len() as u32;
     let mut ended = 0;
     for walk in 0..24 {
-        let turn = std::f32::consts::TAU * (walk as f32 + 0.3) / 24.0;
-        let ahead = Vec3::new(turn.cos(), 0.0, -turn.sin());
-        let middle = Vec3::new(20.0 * turn.sin(), 1.6, 20.0 * turn.cos());
-        let position = |step: i32| middle + ahead * (STEP_M * step as f32);
+        let position = |step: i32| position(walk, step);
         let pairs = (0..count).flat_map(|a| scene.edge_neighbours(a).map(move |b| [a, b]));
         for edges in pairs {
             let ever = |step: i32| path_over(&scene, edges, &source, position(step)).0;
@@ -127,4 +134,54 @@ fn paths_over_two_edges_fade_where_their_geometry_ends() {
         }
     }
     assert!(ended > 15, "{ended} ends were passed");
+}
+
+/// The paths over two edges of an update, and whether the direct path is visible.
+fn two_edge_paths(scene: &Scene, source: &SourcePose, at: Vec3) -> (Vec<Path>, bool) {
+    let endpoints = Endpoints::of(source, at, 0.3);
+    let mut paths = Vec::new();
+    let near = &mut DiffractingEdges::default();
+    diffraction::update(scene, &endpoints, 2, near, &mut 0, &mut |path| {
+        if path.diffraction_order == 2 {
+            paths.push(path);
+        }
+    });
+    let line = direct_field(scene, &endpoints, [].into_iter(), &mut 0, &mut |_| ());
+    (paths, line.visible)
+}
+
+#[test]
+fn paths_over_two_edges_begin_in_the_light() {
+    let scene = ring();
+    let mut source = source(0, Vec3::new(1.3, 1.4, 0.6));
+    source.settings.effects.reflections = false;
+    let (mut boundaries, mut in_light) = (0, 0);
+    for walk in 0..24 {
+        let mut before: Option<(Vec<Path>, bool)> = None;
+        for step in -60..60 {
+            let at = position(walk, step);
+            let now = two_edge_paths(&scene, &source, at);
+            in_light += now.0.len() * usize::from(now.1);
+            let free = at.distance(source.position).recip();
+            let Some((before, was_lit)) = before.replace(now.clone()) else {
+                continue;
+            };
+            if was_lit == now.1 {
+                continue;
+            }
+            boundaries += 1;
+            let amplitude = |paths: &[Path], like: &Path| {
+                let same = paths.iter().find(|path| path.id == like.id);
+                same.map_or([0.0; 8], |path| path.amplitude)
+            };
+            for path in before.iter().chain(&now.0) {
+                let [before, now] = [amplitude(&before, path), amplitude(&now.0, path)];
+                for band in 0..4 {
+                    let change = (now[band] - before[band]).abs();
+                    assert!(change < BOUND * free, "{at}, band {band}: {path:?}");
+                }
+            }
+        }
+    }
+    assert!(boundaries > 0 && in_light > 100, "{boundaries} {in_light}");
 }

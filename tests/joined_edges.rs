@@ -2,7 +2,7 @@
 
 mod parts;
 
-use foresound::propagation::diffraction::{DiffractionSequence, MAX_TWO_EDGE_PATHS};
+use foresound::propagation::diffraction::{DiffractionSequence, MAX_TWO_EDGE_PATHS, direct_field};
 use foresound::propagation::endpoints::Endpoints;
 use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
 use foresound::runtime::Threads;
@@ -38,7 +38,8 @@ fn edges_of(scene: &Scene) -> Vec<u32> {
     fixed.chain(parts).collect()
 }
 
-/// All paths over two edges, loudest first, by trying every ordered pair of a scene's edges.
+/// All paths over two edges, loudest first, by trying every ordered pair of a scene's edges. Beside the visible direct path they
+/// are masked in part.
 fn two_edge_paths(scene: &Scene, source: &SourcePose, ear: &ListenerPose) -> Vec<Path> {
     let endpoints = Endpoints::of(
         source,
@@ -46,13 +47,17 @@ fn two_edge_paths(scene: &Scene, source: &SourcePose, ear: &ListenerPose) -> Vec
         f64::from(PropagationSettings::default().min_distance_m),
     );
     let edges = edges_of(scene);
+    let all = edges.iter().copied();
+    let share = direct_field(scene, &endpoints, all, &mut 0, &mut |_| ()).two_edge_share;
     let pairs = edges
         .iter()
         .flat_map(|&a| edges.iter().map(move |&b| [a, b]));
     let path_over = |edges: [u32; 2]| {
         let path = DiffractionSequence::TwoEdges(edges).between(scene, &endpoints)?;
-        path.path(scene, &endpoints, false)
-            .filter(|_| path.is_unoccluded(scene, &endpoints, &mut 0))
+        let mut audible = path.path(scene, &endpoints, false)?;
+        audible.amplitude = audible.amplitude.map(|value| value * share);
+        let is_heard = share > 0.0 && path.is_unoccluded(scene, &endpoints, &mut 0);
+        is_heard.then_some(audible)
     };
     let mut paths: Vec<Path> = pairs
         .filter(|[a, b]| a != b)

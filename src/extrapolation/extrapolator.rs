@@ -9,7 +9,7 @@ use super::tracking::match_by_id;
 
 use crate::extrapolation::direct_lines::DirectLines;
 use crate::extrapolation::frame_mix::{FrameMix, MixSmoother};
-use crate::extrapolation::geometric::{GeometricPredictor, PreparedUpdate};
+use crate::extrapolation::geometric::{GeometricPredictor, PreparedUpdate, SourceShadow};
 use crate::extrapolation::scene_pair::ScenePair;
 use crate::extrapolation::source_motion::SourceMotion;
 use crate::propagation::diffraction::PointImage;
@@ -127,8 +127,8 @@ pub struct Extrapolator {
     pub(super) older: [PathSet; OLDER_UPDATES],
     /// Index in `previous` of each path of `current`.
     pub(super) matches: Vec<Option<u32>>,
-    /// Whether the direct path is blocked, for each source of the present graphics frame.
-    pub(super) occluded: Vec<bool>,
+    /// What the direct field tells of each source of the present graphics frame.
+    pub(super) shadows: Vec<SourceShadow>,
     /// The late energy of the present graphics frame.
     pub(super) late: Vec<LateEnergy>,
     /// Reverberation time as last emitted.
@@ -160,7 +160,7 @@ impl Extrapolator {
             previous: PathSet::default(),
             older: Default::default(),
             matches: Vec::new(),
-            occluded: Vec::new(),
+            shadows: Vec::new(),
             late: Vec::new(),
             late_groups: Default::default(),
             level: 0,
@@ -241,7 +241,7 @@ impl Extrapolator {
     /// Reserves capacity for this many paths per update and sources. Control side; allocates.
     pub fn reserve(&mut self, paths: usize, sources: usize) {
         self.matches.reserve(paths);
-        self.occluded.reserve(sources);
+        self.shadows.reserve(sources);
         self.late.reserve(sources);
         self.predictor.reserve(paths, sources);
         self.motion.reserve(sources);

@@ -9,7 +9,7 @@ use super::frame_mix::{FrameMix, find as find_mix};
 use super::predictor::{FrameContext, TrackedPath};
 use super::wide_reflections::WideSource;
 use crate::acoustics::BANDS;
-use crate::extrapolation::geometric::{FrameInputs, extrapolate_late};
+use crate::extrapolation::geometric::{FrameInputs, SourceShadow, extrapolate_late};
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
 use crate::propagation::diffraction::{DirectField, WideField, direct_field, wide_field};
 use crate::propagation::diffuse::late_segments;
@@ -55,7 +55,7 @@ impl Extrapolator {
             result.paths.clear();
             result.wide.clear();
             result.obstructions.clear();
-            self.occluded.clear();
+            self.shadows.clear();
             self.mixes.clear();
             self.images.clear();
             self.direct_lines.begin(sources.len(), self.direct_every());
@@ -90,7 +90,7 @@ impl Extrapolator {
                 let paths = &result.paths[before..];
                 self.direct_lines.store(index, &endpoints, &field, paths);
             }
-            self.occluded.push(!field.visible);
+            self.shadows.push(SourceShadow::of(&field));
             let hidden_share = match &wide {
                 Some(wide) => 1.0 - wide.visible_share,
                 None => f32::from(u8::from(field.through != [1.0; BANDS])),
@@ -302,7 +302,7 @@ impl Extrapolator {
                     update_scene: self.scenes.at_update(),
                     listener,
                     sources,
-                    occluded: &self.occluded,
+                    shadows: &self.shadows,
                     min_distance_m: self.min_distance_m,
                     reflection_edges: &self.current.reflection_edges,
                 };
@@ -392,7 +392,7 @@ impl Extrapolator {
             update_scene: self.scenes.at_update(),
             listener,
             sources,
-            occluded: &self.occluded,
+            shadows: &self.shadows,
             min_distance_m: self.min_distance_m,
             reflection_edges: &self.current.reflection_edges,
         };

@@ -90,10 +90,10 @@ laws! {
     mesh_chunks "mesh/chunks"
 }
 
-/// Rows that are not reached yet: paths over two edges begin all at once where the source is hidden, and of more than eight the
-/// quietest changes with another one. What meets a dome twice is late energy, which is not focused again. Patches forget the position
-/// within them and a direction is one of twelve: the late field of long and flat rooms and of streets, and what returns from
-/// the live room into the dead one. A row that holds has to leave this list.
+/// Rows that are not reached yet: of more than eight paths over two edges the quietest changes with another one, and where one
+/// takes over from a path over one edge whose end is near, it is louder. What meets a dome twice is late energy, which is not
+/// focused again. Patches forget the position within them and a direction is one of twelve: the late field of long and flat
+/// rooms and of streets, and what returns from the live room into the dead one. A row that holds has to leave this list.
 const NOT_REACHED: [&str; 15] = [
     "late/direction: corridor",
     "late/direction: street",

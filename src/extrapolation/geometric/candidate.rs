@@ -149,13 +149,14 @@ impl Candidate {
         let is_masked = match self.geometry {
             // A held path jumps between updates.
             PathGeometry::Unknown | PathGeometry::Reflection(_) => return None,
-            PathGeometry::Diffraction(sequence) => sequence.continued_reflection().is_none(),
+            PathGeometry::Diffraction(sequence) => {
+                source.is_none_or(|source| source.shadow.share(&sequence) == 0.0)
+            }
             PathGeometry::Curved(_) => false,
         };
         let source = source?;
         let path = self.line.as_ref()?.at(frame, every.into(), source.reach)?;
-        let is_occluded = source.is_occluded;
-        let is_out = self.is_gone(inputs.scene) || is_masked && !is_occluded;
+        let is_out = self.is_gone(inputs.scene) || is_masked;
         (!is_out).then_some(path)
     }
 
@@ -197,8 +198,7 @@ impl Candidate {
                 });
             }
             PathGeometry::Diffraction(sequence) => {
-                // Updates omit such paths if the direct path is visible.
-                if !source.is_occluded && sequence.continued_reflection().is_none() {
+                if source.shadow.share(sequence) == 0.0 {
                     return FrameGeometry::Invalid;
                 }
                 let path = sequence.between(scene, &source.endpoints);
@@ -255,7 +255,13 @@ impl Candidate {
             }
             FrameGeometry::Diffracted(index) => {
                 let diffracted = arena.diffracted(index);
-                let path = diffracted.path(inputs.scene, &source.endpoints, !source.is_occluded)?;
+                let shadow = &source.shadow;
+                let is_lit = !shadow.is_occluded;
+                let mut path = diffracted.path(inputs.scene, &source.endpoints, is_lit)?;
+                if let PathGeometry::Diffraction(sequence) = &self.geometry {
+                    let share = shadow.share(sequence);
+                    path.amplitude = path.amplitude.map(|value| value * share);
+                }
                 let from = source.endpoints.from;
                 Some(FramePath::of(&path, from, inputs.listener, inputs.scene))
             }

@@ -293,12 +293,14 @@ impl Merge<'_> {
         let epoch = self.progress.epoch;
         let (candidate, state) = self.next.push(candidate, state)?;
         state.in_update = false;
-        // An update searches for other diffracted paths only if the direct path is blocked: otherwise absence is no test.
+        // An update does not search for what the direct path masks: absence is no test.
         let is_masked = match candidate.geometry {
-            PathGeometry::Diffraction(sequence) => sequence.continued_reflection().is_none(),
+            PathGeometry::Diffraction(sequence) => {
+                self.inputs.shadow(candidate.path.source).share(&sequence) == 0.0
+            }
             _ => false,
         };
-        if is_masked && !self.inputs.is_occluded(candidate.path.source) {
+        if is_masked {
             state.tested = None;
         } else if epoch.is_reached && state.tested <= Some(epoch.frame) {
             state.record_visibility(false, epoch.frame);

@@ -43,6 +43,7 @@ use crate::extrapolation::geometric::candidate::PathGeometry;
 use crate::extrapolation::geometric::candidate_set::CandidateSet;
 use crate::extrapolation::geometric::frame_geometry::{FrameGeometry, GeometryArena};
 use crate::extrapolation::geometric::source_poses::FrameSources;
+pub(crate) use crate::extrapolation::geometric::source_poses::SourceShadow;
 use crate::extrapolation::geometric::update_dating::ListenerHistory;
 use crate::extrapolation::geometric::visibility_scheduler::VisibilityScheduler;
 
@@ -57,8 +58,8 @@ pub(crate) struct FrameInputs<'a> {
     pub(crate) update_scene: &'a Scene,
     pub(crate) listener: &'a ListenerPose,
     pub(crate) sources: &'a [SourcePose],
-    /// Whether the direct path is blocked, for each source.
-    pub(crate) occluded: &'a [bool],
+    /// What the direct field tells of each source.
+    pub(crate) shadows: &'a [SourceShadow],
     pub(crate) min_distance_m: f64,
     /// [`PathSet::reflection_edges`] of the newest update.
     pub(crate) reflection_edges: &'a [(SourceId, ReflectionEdge)],
@@ -72,9 +73,10 @@ impl FrameInputs<'_> {
         are_finite.then(|| Endpoints::of(pose, self.listener.position, self.min_distance_m))
     }
 
-    fn is_occluded(&self, source: SourceId) -> bool {
-        let mut each = self.sources.iter().zip(self.occluded);
-        each.any(|(pose, occluded)| pose.id == source && *occluded)
+    fn shadow(&self, source: SourceId) -> SourceShadow {
+        let mut each = self.sources.iter().zip(self.shadows);
+        let found = each.find(|(pose, _)| pose.id == source);
+        found.map_or(SourceShadow::default(), |(_, shadow)| *shadow)
     }
 }
 

@@ -5,9 +5,38 @@ use glam::{DVec3, Vec3};
 use crate::extrapolation::frame::allows;
 use crate::extrapolation::geometric::FrameInputs;
 use crate::extrapolation::line_extrapolation::frames_ahead;
+use crate::propagation::diffraction::{DiffractionSequence, DirectField};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::{Path, ReflectionEdge};
 use crate::scene::{SourceId, SourcePose};
+
+/// Whether other paths than the direct one are masked by it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct SourceShadow {
+    /// Whether the direct path is blocked.
+    pub(crate) is_occluded: bool,
+    /// [`DirectField::two_edge_share`].
+    two_edge_share: f32,
+}
+
+impl SourceShadow {
+    /// That of a source's direct field.
+    pub(crate) fn of(field: &DirectField) -> Self {
+        Self {
+            is_occluded: !field.visible,
+            two_edge_share: field.two_edge_share,
+        }
+    }
+
+    /// Amplitude factor of a diffracted path: 0 where the direct path masks it and an update does not search for it.
+    pub(crate) fn share(&self, sequence: &DiffractionSequence) -> f32 {
+        if sequence.has_two_edges() {
+            return self.two_edge_share;
+        }
+        let is_found = self.is_occluded || sequence.continued_reflection().is_some();
+        f32::from(u8::from(is_found))
+    }
+}
 
 /// One source in the present graphics frame.
 #[derive(Debug, Clone, Copy)]
@@ -18,8 +47,8 @@ pub(crate) struct FrameSource {
     pub(crate) local: [DVec3; 2],
     /// Whether both positions are finite.
     pub(crate) is_finite: bool,
-    /// Whether the direct path is blocked.
-    pub(crate) is_occluded: bool,
+    /// What this frame's direct field tells of it.
+    pub(crate) shadow: SourceShadow,
     /// Whether it was put elsewhere since the last graphics frame.
     pub(crate) has_jumped: bool,
     /// Graphics frames over which its paths may be extrapolated linearly.
@@ -86,7 +115,7 @@ impl FrameSources {
                 endpoints,
                 local: [pose.position, to].map(|position| inputs.scene.to_local(position)),
                 is_finite: pose.position.is_finite() && to.is_finite(),
-                is_occluded: inputs.occluded.get(index).is_some_and(|occluded| *occluded),
+                shadow: inputs.shadows.get(index).copied().unwrap_or_default(),
                 has_jumped: last.is_some_and(|last| is_far(last.from, pose.position)),
                 reach: last.map_or(1, |last| frames_ahead(last, &endpoints, every)),
                 reflection_edges: range_of(inputs.reflection_edges, pose.id),

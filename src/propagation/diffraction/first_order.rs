@@ -28,6 +28,10 @@ pub const MAX_DIRECT_EDGES: usize = 8;
 const MERGED_PHASE: f64 = PI;
 const SEPARATE_PHASE: f64 = 2.0 * PI;
 
+/// Detour over the nearest edge in metres, times `Scene::length_scale`, from which a visible direct path masks paths over two
+/// edges: 0.4 to 0.8 m beside a shadow boundary that is 20 m from the source.
+const MASKED_DETOUR_M: f64 = 5e-3;
+
 /// Edges of the direct field, shortest path first.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DirectEdges {
@@ -67,6 +71,9 @@ pub struct DirectField {
     /// Pressure factor of what is on the straight line per band: 1 where nothing is, 0 where it is opaque or the source's
     /// transmission is off.
     pub through: BandArray,
+    /// Amplitude factor of paths over two edges: 1 in the shadow and at its boundary, and beside it falling to 0, where the
+    /// direct path masks them.
+    pub two_edge_share: f32,
 }
 
 impl Default for DirectField {
@@ -77,6 +84,7 @@ impl Default for DirectField {
             edges: DirectEdges::default(),
             waves: 0,
             through: [1.0; BANDS],
+            two_edge_share: 0.0,
         }
     }
 }
@@ -312,6 +320,7 @@ pub fn direct_field(
     let wavenumbers = edge_wave::wavenumbers(scene);
     let mut gain = [Complex::ONE; BANDS];
     let mut loudest = Loudest::new();
+    let mut least_detour_m = if result.visible { f64::INFINITY } else { 0.0 };
     for edge in edges {
         let Some(path) = FirstOrderPath::over(scene, endpoints, edge) else {
             continue;
@@ -325,9 +334,12 @@ pub fn direct_field(
         result.waves += 1;
         if field.is_audible(spreading) {
             let energy = field.energy(spreading);
+            least_detour_m = least_detour_m.min(field.path.detour_m);
             loudest.push(field, energy);
         }
     }
+    let masked_m = MASKED_DETOUR_M * scene.length_scale();
+    result.two_edge_share = (1.0 - smoothstep(least_detour_m / masked_m)) as f32;
     let least = loudest.least_energy();
     for (field, energy) in loudest.fields.into_iter().zip(loudest.energies) {
         let Some(field) = field else { break };

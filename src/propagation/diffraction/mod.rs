@@ -98,26 +98,44 @@ pub fn update(
         _ => scene.diffracting_edges(near, from, to, longest_m),
     };
     let listed = near.as_slice().iter().map(|found| found.edge);
-    let DirectField { visible, edges, .. } = sized_field(scene, endpoints, listed, rays, emit);
+    let DirectField {
+        visible,
+        edges,
+        two_edge_share,
+        ..
+    } = sized_field(scene, endpoints, listed, rays, emit);
     let mut result = NearEdges {
         direct: edges,
         ..NearEdges::default()
     };
-    if diffraction_order == 0 || visible && !effects.reflections {
+    if diffraction_order == 0 {
         return result;
     }
-    if visible {
+    if visible && effects.reflections {
         let edges = edges.as_slice().iter().copied();
         result.reflections = with_reflections::find(scene, endpoints, edges, true, rays, emit);
+    }
+    let has_two_edges = diffraction_order > 1 && two_edge_share > 0.0;
+    if visible && !has_two_edges {
         return result;
     }
     let near = scene.outer_crossings(from, to, longest_m);
-    if effects.reflections {
+    if !visible && effects.reflections {
         let edges = near.as_slice().iter().map(|found| found.edge);
         result.reflections = with_reflections::find(scene, endpoints, edges, false, rays, emit);
     }
-    if diffraction_order > 1 {
-        second_order::find(scene, endpoints, &near, &result.direct, rays, emit);
+    if has_two_edges {
+        second_order::find(
+            scene,
+            endpoints,
+            &near,
+            &result.direct,
+            rays,
+            &mut |mut path| {
+                path.amplitude = path.amplitude.map(|value| value * two_edge_share);
+                emit(path);
+            },
+        );
     }
     result
 }

@@ -284,6 +284,8 @@ pub fn wide_field(
         let is_visible = found.field.visible && !is_blocked;
         result.direct.visible |= found.field.visible;
         result.direct.waves += found.field.waves;
+        let share = &mut result.direct.two_edge_share;
+        *share = share.max(found.field.two_edge_share);
         seen += usize::from(is_visible);
         for &edge in found.field.edges.as_slice() {
             result.direct.edges.insert(edge);
