@@ -125,6 +125,11 @@ impl BlockPacing {
         !self.is_even || self.block + 1 >= self.blocks
     }
 
+    /// Whether the frame has to be prepared in this block, to be committed in the next.
+    pub(crate) fn must_prepare(&self) -> bool {
+        self.block + 2 >= self.blocks
+    }
+
     /// Whether frames are spread over blocks.
     pub(crate) fn is_even(&self) -> bool {
         self.is_even

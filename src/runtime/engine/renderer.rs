@@ -89,6 +89,8 @@ struct ListenerFrame {
     prepared: usize,
     /// Paths of the last frame without a started voice.
     waiting_voices: usize,
+    /// Whether they wait for voices of earlier paths to fade out.
+    wait_for_fades: bool,
 }
 
 impl ListenerFrame {
@@ -176,6 +178,7 @@ impl Renderer {
                 is_extrapolated: false,
                 prepared: 0,
                 waiting_voices: 0,
+                wait_for_fades: false,
             }
         };
         Self {

@@ -46,8 +46,11 @@ impl Renderer {
         }
         self.extrapolate_all(&mut work);
         let was_prepared = self.frames.iter().all(ListenerFrame::is_prepared);
-        // Generation holds the paths of one frame at a time.
-        let is_blocked = self.has_waiting_voices();
+        // Generation holds the paths of one frame at a time. Fades may last as long as a frame: one that waited for their voices would
+        // be late, and has the waiting paths too.
+        let wait_for_fades = self.frames.iter().any(|own| own.wait_for_fades);
+        let may_wait = !wait_for_fades || !self.pacing.must_prepare();
+        let is_blocked = self.has_waiting_voices() && may_wait;
         if !is_blocked {
             self.prepare_all(&mut work);
         }
@@ -226,8 +229,9 @@ impl Renderer {
             }
             let count = (work.left() as usize / cost::STARTED).max(MIN_STARTS);
             let left = generator.start_voices_of(index, count);
-            work.spend(cost::STARTED * (own.waiting_voices - left));
-            own.waiting_voices = left;
+            let started = own.waiting_voices - left;
+            work.spend(cost::STARTED * started);
+            (own.waiting_voices, own.wait_for_fades) = (left, left > 0 && started < count);
         }
     }
 
