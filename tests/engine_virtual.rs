@@ -184,3 +184,39 @@ fn a_step_is_no_jump() {
     let (_, level) = next_update(0.1, 0.1).expect("an update");
     assert_eq!(level, 12);
 }
+
+/// Every graphics frame puts the listener into the other room, and so replaces most voices: new ones wait until the old ones have
+/// faded, which takes as long as a frame. The frames themselves are not late: at 25 a second each is committed before the next tick.
+#[test]
+fn frames_are_in_time_though_voices_wait_for_fades() {
+    let doorway = procedural::doorway();
+    let table = MaterialTable::built_in();
+    let scene = Scene::commit(&doorway.mesh, &table, &SceneSettings::default()).expect("commits");
+    let mut settings = EngineSettings::default();
+    settings.generation.max_sources = 16;
+    settings.schedule = EngineSchedule::Synchronous;
+    let clock = VirtualClock {
+        graphics_rate_hz: 25.0,
+        delays: Vec::new(),
+    };
+    let mut engine = VirtualEngine::new(settings, clock).expect("settings");
+    let controller = engine.controller();
+    controller.set_scene(Arc::new(scene)).expect("a scene");
+    for (_, position) in doorway.sources.iter().take(4) {
+        controller.add_source(*position).expect("a slot");
+    }
+    let (mut late, mut paths) = (0, [0; 2]);
+    for frame in 1..=40 {
+        let rooms = [doorway.walk.from, doorway.walk.to];
+        let listener = ListenerPose::facing(rooms[frame as usize % 2], 0.0);
+        engine
+            .next_frame(listener, &[], |_| ())
+            .expect("valid poses");
+        let controller = engine.controller();
+        paths[frame as usize % 2] = controller.statistics().paths;
+        late += u32::from(controller.frame_numbers().tick() < frame && frame > 10);
+    }
+    println!("{paths:?} paths, {late} frames late");
+    assert!(paths.iter().sum::<u32>() > 300, "{paths:?}");
+    assert_eq!(late, 0);
+}
