@@ -386,7 +386,7 @@ fn diffracted_paths_equal_those_of_an_update_of_this_frame() {
     // Edges that no update has listed yet, and paths that no ray has tested yet: 3 % of the energy are 0.13 dB, an eighth of
     // the just noticeable 1 dB (ISO 3382-1).
     assert!(missing < 0.03 * all, "{missing} of {all}");
-    // An update keeps its four loudest second-order and twelve reflected diffracted paths; those of the last one stay: 5 %
+    // An update keeps its eight loudest second-order and twelve reflected diffracted paths; those of the last one stay: 5 %
     // are 0.21 dB.
     assert!(extra < 0.05 * all, "{extra} of {all}");
 }

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A dependent downloads no more than this for each package. The registry's own limit is five times as large.
-const MAX_BYTES: u64 = 2_000_000;
+/// A dependent of the library downloads no more than this. The program brings sounds along: its limit is the registry's own.
+const MAX_BYTES: [(&str, u64); 2] = [("foresound", 2_000_000), ("foresound-tools", 10 << 20)];
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
@@ -29,18 +29,18 @@ fn cargo(arguments: &[&str]) -> String {
 }
 
 #[test]
-fn both_packages_are_smaller_than_two_megabytes() {
+fn packages_are_smaller_than_their_limits() {
     let folder = tempfile::tempdir().expect("a folder");
     let target = folder.path().to_str().expect("a plain name");
     cargo(&["--workspace", "--no-verify", "--target-dir", target]);
-    for name in ["foresound", "foresound-tools"] {
+    for (name, max_bytes) in MAX_BYTES {
         let version = env!("CARGO_PKG_VERSION");
         let path = folder
             .path()
             .join(format!("package/{name}-{version}.crate"));
         let bytes = fs::metadata(&path).expect("a package").len();
         println!("{name}: {bytes} bytes");
-        assert!(bytes < MAX_BYTES, "{name} takes {bytes} bytes");
+        assert!(bytes < max_bytes, "{name} takes {bytes} bytes");
     }
 }
 
@@ -62,7 +62,8 @@ fn packages_hold_their_sources_and_what_those_include() {
                 let path = path.strip_prefix(fs::canonicalize(&root).expect("a folder"));
                 let path =
                     path.unwrap_or_else(|_| panic!("{} leaves {package}", included.display()));
-                assert!(has(path), "{package} lacks {}", path.display());
+                let has_files = || list.lines().any(|line| Path::new(line).starts_with(path));
+                assert!(has_files(), "{package} lacks {}", path.display());
             }
         }
         for wanted in ["README.md", "LICENSE-APACHE", "LICENSE-MIT"] {
@@ -92,7 +93,8 @@ fn collect(folder: &Path, into: &mut Vec<PathBuf>) {
     }
 }
 
-/// Files that a source names in `include_bytes!`, `include_str!` and `#[path]`, but for what only tests compile.
+/// Files that a source names in `include_bytes!`, `include_str!` and `#[path]`, but for what only tests compile. Of a name
+/// that `concat!` makes, its folder.
 fn includes(source: &Path) -> Vec<PathBuf> {
     let text = fs::read_to_string(source).expect("a source");
     let folder = source.parent().expect("a folder");
@@ -104,7 +106,8 @@ fn includes(source: &Path) -> Vec<PathBuf> {
         .iter()
         .flat_map(|call| text.split(call).zip(text.split(call).skip(1)))
         .filter(|(before, _)| !is_for_tests(before))
-        .filter_map(|(_, rest)| rest.trim_start().strip_prefix('"')?.split('"').next())
+        .map(|(_, rest)| rest.strip_prefix("concat!(").unwrap_or(rest))
+        .filter_map(|rest| rest.trim_start().strip_prefix('"')?.split('"').next())
         .map(|name| folder.join(name))
         .collect()
 }

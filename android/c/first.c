@@ -1,4 +1,4 @@
-/* First sound: a room, a voice in it, a listener who turns. Writes raw 32-bit stereo to the file that is named. */
+/* First sound: a room, a voice in it, a listener who walks. Writes raw 32-bit stereo to the file that is named. */
 #include <foresound.h>
 
 #include <stdio.h>

@@ -2,8 +2,8 @@
 //!
 //! Audio side; arithmetic. Own. Within a few graphics frames the delay, direction and amplitude of a path are nearly linear
 //! in time: if a listener walks past an image source at five metres, the path length deviates from its tangent by 0.2 mm in
-//! two frames at 60 Hz. With [`crate::extrapolation::GeometricSettings::exact_every`] above 1 a path is evaluated in some frames and
-//! extrapolated linearly from its last two evaluations in the others.
+//! two frames at 60 Hz. With [`crate::extrapolation::GeometricSettings::exact_every`] above 1 a path around edges and the amplitude of
+//! a reflection are evaluated in some frames and extrapolated linearly from their last two evaluations in the others.
 
 use crate::acoustics::BANDS;
 use crate::extrapolation::frame::FramePath;

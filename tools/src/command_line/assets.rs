@@ -13,7 +13,7 @@ use foresound::{Error, Result};
 
 macro_rules! sounds {
     ($($name:literal)*) => {
-        &[$(($name, include_bytes!(concat!("../../../assets/", $name, ".wav")))),*]
+        &[$(($name, include_bytes!(concat!("../../bundled/", $name, ".wav")))),*]
     };
 }
 
@@ -26,7 +26,7 @@ const SOUNDS: &[(&str, &[u8])] = sounds! {
 
 /// The measurement of which the built-in HRTF sets are made, a SOFA file.
 pub(crate) const KEMAR: &[u8] = include_bytes!(concat!(
-    "../../../assets/",
+    "../../bundled/",
     "hrtf/MIT_KEMAR_normal_pinna.sofa"
 ));
 
