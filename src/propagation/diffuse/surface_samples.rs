@@ -23,9 +23,8 @@ const SAMPLES_PER_PATCH: usize = 10;
 /// Rays of a sample that find out whether sound reaches it.
 const PROBES: usize = 8;
 
-/// Mean free path in metres below which a set of samples is a cavity, and a sample is in a gap: below that of a telephone box
-/// (0.75 m), above that inside a wall of 0.3 m (0.6 m, twice the thickness).
-const CAVITY_M: f32 = 0.7;
+/// Mean free path in metres below which a set of samples is a cavity, and a sample is in a gap.
+const CAVITY_M: f32 = 0.5;
 
 /// Height in metres above the surface of rays between samples.
 const HEIGHT_M: f32 = 0.03;
