@@ -3,8 +3,8 @@
 //! `count_work rays FOLDER SCENE SET PASSES` traces the rays written by `bench rays --dump FOLDER`, `PASSES` times;
 //! `count_work update SCENE SOURCES UPDATES [LISTENERS]` runs propagation updates for a listener walking at 1.4 m/s, or for several
 //! beside each other; `count_work sound SCENE SOURCES UPDATES LISTENERS` runs the whole engine instead;
-//! `count_work direct SCENE SOURCES UPDATES` computes the direct field of twelve graphics frames after each of so many updates, and
-//! `count_work edges` only those updates. The difference of two runs with different counts excludes start-up
+//! `count_work direct SCENE SOURCES UPDATES` computes the direct field of twelve graphics frames after each of so many updates, as the
+//! default predictor does, and `count_work edges` only those updates. The difference of two runs with different counts excludes start-up
 //! (`benches/count-aarch64.sh`).
 
 use std::fs;
@@ -187,7 +187,7 @@ fn direct(
         .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot, 0), *position))
         .collect();
     let walk = &benchmark.walk;
-    let mut extrapolator = Extrapolator::new(scene, PredictorKind::Hold, min_distance_m);
+    let mut extrapolator = Extrapolator::new(scene, PredictorKind::default(), min_distance_m);
     let (mut frame, mut digest, mut edges) = (FramePaths::default(), 0u64, 0);
     for step in 0..updates {
         let mut set = PathSet::default();
