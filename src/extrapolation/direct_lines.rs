@@ -9,14 +9,12 @@ use glam::Vec3;
 
 use crate::acoustics::BANDS;
 use crate::extrapolation::frame::FramePath;
+use crate::extrapolation::geometric::JUMP_M;
 use crate::extrapolation::line_extrapolation::{PathLine, frames_ahead};
 use crate::propagation::diffraction::{DirectField, MAX_DIRECT_EDGES};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::transmission::{is_blocked, unoccluded_path};
 use crate::scene::{ListenerPose, Scene};
-
-/// Distance in metres between two graphics frames from which a field says nothing about the next one.
-const JUMP_M: f32 = 1.0;
 
 /// The field of one source where it was last computed.
 #[derive(Debug, Clone)]

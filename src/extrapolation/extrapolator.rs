@@ -261,7 +261,8 @@ impl Extrapolator {
         std::mem::replace(&mut self.predictor, predictor)
     }
 
-    /// Casts one of this many visibility rays of [`GeometricSettings::rays_per_source`] from the next frame on. Real-time.
+    /// Casts one of this many visibility rays of [`GeometricSettings::rays_per_source`] from the next frame on; 0 counts
+    /// as 1. Other predictors cast none. Real-time.
     ///
     /// [`GeometricSettings::rays_per_source`]: crate::extrapolation::GeometricSettings::rays_per_source
     pub fn set_ray_divisor(&mut self, divisor: u32) {

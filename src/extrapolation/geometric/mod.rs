@@ -1,4 +1,5 @@
-//! The predictor `best`: exact geometry in every graphics frame, visibility by a few rays.
+//! The predictor `best`: exact points of reflections in every graphics frame, amplitudes and paths around edges in some
+//! ([`GeometricSettings::exact_every`]), visibility by a few rays.
 //!
 //! Runs on the sound thread. Input: updates as they arrive; output: the reflected and diffracted paths of each graphics
 //! frame, without those of the direct field. Bounded by the number of candidates and
@@ -48,7 +49,7 @@ use crate::extrapolation::geometric::update_dating::ListenerHistory;
 use crate::extrapolation::geometric::visibility_scheduler::VisibilityScheduler;
 
 /// Distance in metres between two graphics frames from which the past of all paths tells nothing: who moves is slower.
-const JUMP_M: f32 = 1.0;
+pub(super) const JUMP_M: f32 = 1.0;
 
 /// The inputs of one graphics frame.
 #[derive(Debug, Clone, Copy)]

@@ -48,9 +48,10 @@ impl Renderer {
         let was_prepared = self.frames.iter().all(ListenerFrame::is_prepared);
         // Generation holds the paths of one frame at a time. Fades may last as long as a frame: one that waited for their voices would
         // be late, and has the waiting paths too.
-        let wait_for_fades = self.frames.iter().any(|own| own.wait_for_fades);
-        let may_wait = !wait_for_fades || !self.pacing.must_prepare();
-        let is_blocked = self.has_waiting_voices() && may_wait;
+        let must_prepare = self.pacing.must_prepare();
+        let may_wait =
+            |own: &ListenerFrame| own.waiting_voices > 0 && !(own.wait_for_fades && must_prepare);
+        let is_blocked = !self.is_silent() && self.frames.iter().any(may_wait);
         if !is_blocked {
             self.prepare_all(&mut work);
         }
@@ -96,6 +97,8 @@ impl Renderer {
             if !own.is_extrapolated || own.is_prepared() {
                 continue;
             }
+            // Preparation discards the voices that still wait.
+            own.waiting_voices = 0;
             let count = work.left() as usize / cost::PREPARED;
             let count = count.min(own.paths.paths.len() - own.prepared);
             generator.prepare_frame_of(index, &own.paths, count);
