@@ -165,21 +165,31 @@ fn quantile(values: &[BandArray], share: &[f32], band: usize, wanted: f32) -> f6
     found.map_or(0.0, |index| f64::from(values[*index][band]))
 }
 
-/// Decay per time step in the second half of the audible range.
+/// Decay per time step in the second half of the audible range, of the largest energy that is still to come: in the open a few
+/// echoes arrive with gaps between them, and the last one is no sign of energy that grows. Where it is the only one in that half,
+/// the fit starts with the one before.
 fn slow_slope(energy: &[BandArray; STEPS], band: usize) -> Option<f64> {
     let peak = energy.iter().map(|energy| energy[band]).fold(0.0, f32::max);
     let is_audible = |energy: &BandArray| energy[band] > SLOW_RANGE * peak;
     let end = 1 + energy.iter().rposition(is_audible)?;
-    let first = (SLOW_START * end as f32) as usize;
-    slope(&energy[first..end], band)
+    let mut bound = [0.0; STEPS];
+    let mut largest = 0.0f32;
+    for step in (0..end).rev() {
+        largest = largest.max(energy[step][band]);
+        bound[step] = largest;
+    }
+    let half = (SLOW_START * end as f32) as usize;
+    let falls = |step: &usize| bound[*step] > bound[end - 1];
+    let first = (0..=half).rev().find(falls).unwrap_or(half);
+    slope(&bound[first..end])
 }
 
 /// Fall of a least-squares line through the logarithm, per time step.
-fn slope(energy: &[BandArray], band: usize) -> Option<f64> {
+fn slope(energy: &[f32]) -> Option<f64> {
     let (mut n, mut t, mut tt, mut y, mut ty) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (step, energy) in energy.iter().enumerate() {
-        if energy[band] > 0.0 {
-            let (at, nepers) = (step as f64, f64::from(energy[band]).ln());
+        if *energy > 0.0 {
+            let (at, nepers) = (step as f64, f64::from(*energy).ln());
             n += 1.0;
             t += at;
             tt += at * at;
