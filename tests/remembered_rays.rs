@@ -226,7 +226,7 @@ fn a_change_of_any_dependency_has_rays_cast_again() {
     pose.settings.directivity = Directivity::even(0.5, 1.0);
     let lattices = [32, 48].map(lattice);
     let mut viewpoints = [VisibilityCells::default(), VisibilityCells::default()];
-    let field = SceneField::new(&scene, 128, &mut 0);
+    let field = SceneField::new(&scene, 128, &[origin.as_vec3(), listener.as_vec3()], &mut 0);
     let step = DVec3::splat(0.3);
     viewpoints[0].renew(&scene, listener.as_vec3(), 0);
     viewpoints[1].renew(&scene, (listener + step).as_vec3(), 0);
@@ -332,8 +332,9 @@ fn cached_rays_among_parts_find_the_same_hits_as_new_ones() {
                     .expect("room")
             })
             .collect();
-        let field = SceneField::new(&scene, 128, &mut 0);
         let (source, ear) = (Vec3::new(5.5, 2.5, 0.5), Vec3::new(3.0, 2.2, 4.6));
+        let occupants = [source, ear].map(|position| scene.to_local(position).as_vec3());
+        let field = SceneField::new(&scene, 128, &occupants, &mut 0);
         for step in 0..6 {
             let poses: Vec<InstancePose> = parts
                 .iter()

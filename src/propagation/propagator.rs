@@ -4,13 +4,15 @@
 //! number of threads does not change a bit.
 
 mod collect;
+mod field;
 mod listeners;
+mod outsiders;
 
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use self::listeners::invalidate_fields;
+use self::outsiders::Outsiders;
 use crate::error::Result;
 use crate::propagation::diffuse::{FieldRenewal, ListenerField, SceneField, VisibilityCells};
 use crate::propagation::image_source::discovery_history::{DiscoveryHistory, MAX_AGE};
@@ -35,10 +37,6 @@ use crate::scene::{ListenerPose, Scene, SourcePose};
 
 /// Shares of the guide rays and of the candidates: several a thread, for even load.
 const SHARES: usize = 16;
-
-/// Samples of the late field for each source ray, and their most.
-const SAMPLES_PER_RAY: usize = 4;
-const MAX_SAMPLES: usize = 512;
 
 /// Most listeners of a propagator.
 const MAX_LISTENERS: usize = 16;
@@ -114,6 +112,7 @@ pub struct Propagator {
     field_of: Option<u64>,
     /// The field of a scene whose joined parts have changed, and the revision that it is made for.
     renewal: Option<(FieldRenewal, u64)>,
+    outsiders: Outsiders,
     resting_since: (u64, u64),
     listener_field: ListenerField,
     predicted: Vec<PredictedPosition>,
@@ -177,6 +176,7 @@ impl Propagator {
             field: SceneField::default(),
             field_of: None,
             renewal: None,
+            outsiders: Outsiders::default(),
             resting_since: (0, 0),
             listener_field: ListenerField::default(),
             predicted: Vec::new(),
@@ -324,43 +324,8 @@ impl Propagator {
         }
         // A moving instance changes what listener and sources see of the field; the field itself follows when it rests.
         let is_at_rest = self.update - self.resting_since.1 >= UPDATES_AT_REST;
-        if self.field_of.is_none() {
-            self.field_of = Some(scene_state);
-            let samples = SAMPLES_PER_RAY * self.settings.source_rays as usize;
-            self.field = SceneField::new(scene, samples.min(MAX_SAMPLES), &mut cell_rays);
-        } else if scene.has_joined_instances() || self.renewal.is_some() {
-            // Parts come while the listener walks, and the field takes many updates' time.
-            let has_parts_changed = self.field_of < Some(self.revision.fixed_since());
-            let is_due = has_parts_changed || is_at_rest && self.field_of != Some(scene_state);
-            if self.renewal.is_none() && is_due {
-                let samples = SAMPLES_PER_RAY * self.settings.source_rays as usize;
-                let count = samples.min(MAX_SAMPLES);
-                let renewal = FieldRenewal::new(scene, count, &self.field, &mut cell_rays);
-                self.renewal = Some((renewal, scene_state));
-            } else if let Some((renewal, of)) = &mut self.renewal
-                && let Some(field) = renewal.step(scene, &mut cell_rays)
-            {
-                self.field_of = Some(*of);
-                self.field = field;
-                self.renewal = None;
-                invalidate_fields(
-                    &mut self.listener_field,
-                    &mut self.predicted,
-                    &mut self.listeners,
-                );
-                for task in &mut self.tasks {
-                    task.forget_late();
-                }
-            }
-        } else if is_at_rest && self.field_of != Some(scene_state) {
-            self.field_of = Some(scene_state);
-            self.field.renew(scene, &mut cell_rays);
-            invalidate_fields(
-                &mut self.listener_field,
-                &mut self.predicted,
-                &mut self.listeners,
-            );
-        }
+        cell_rays += self.renew_field(listener, sources, is_at_rest);
+        let scene = &*self.scene;
         let scope = std::mem::take(&mut self.scope);
         let depth = scope.depth(self.active_settings.depth);
         let most = self.guide_directions.len() as u32;

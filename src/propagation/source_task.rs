@@ -256,6 +256,16 @@ impl SourceTask {
         }
     }
 
+    /// Whether none of the source's rays has left energy at the patches of the field.
+    pub(super) fn is_outside_field(&self) -> bool {
+        self.last_position.is_some() && self.late.is_outside_field()
+    }
+
+    /// Has the rays cast in a scene revision cast again, each rotation in its turn: the field's patches are others since.
+    pub(super) fn recast_rays_of(&mut self, scene_state: u64) {
+        self.late.invalidate_rays_of(scene_state);
+    }
+
     /// Drops what the source has left at the patches of an earlier field: as after a jump, all rotations are due.
     pub(super) fn forget_late(&mut self) {
         self.late = LateEstimator::default();

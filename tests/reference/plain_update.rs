@@ -66,7 +66,7 @@ impl PlainPropagator {
     }
 
     pub fn update(&mut self, listener: &ListenerPose, sources: &[SourcePose]) -> PathSet {
-        self.update_field();
+        self.update_field(listener, sources);
         let guide = self.guide(listener);
         self.states
             .retain(|state| sources.iter().any(|pose| pose.id == state.id));
@@ -86,7 +86,7 @@ impl PlainPropagator {
     }
 
     /// The late field is traced at first, and anew when instances have rested for four updates.
-    fn update_field(&mut self) {
+    fn update_field(&mut self, listener: &ListenerPose, sources: &[SourcePose]) {
         let poses: Vec<InstancePose> = self.scene.instance_poses().collect();
         let (last, since, traced) = &mut self.instances;
         if *last != poses {
@@ -96,7 +96,10 @@ impl PlainPropagator {
         if traced.is_none() || is_due {
             *traced = Some(poses);
             let samples = 4 * self.settings.source_rays.min(128) as usize;
-            self.field = SceneField::new(&self.scene, samples, &mut 0);
+            let positions = sources.iter().map(|source| source.position);
+            let local = |position| self.scene.to_local(position).as_vec3();
+            let occupants: Vec<_> = positions.chain([listener.position]).map(local).collect();
+            self.field = SceneField::new(&self.scene, samples, &occupants, &mut 0);
         }
     }
 

@@ -104,6 +104,11 @@ impl CachedRays {
         self.static_hits_key = None;
     }
 
+    /// Makes results of a scene revision invalid.
+    pub(crate) fn invalidate_of(&mut self, scene_state: u64) {
+        self.key.take_if(|key| key.scene_state == scene_state);
+    }
+
     /// Traces the rays. `set` is empty and receives their specular prefixes.
     pub(crate) fn renew(
         &mut self,

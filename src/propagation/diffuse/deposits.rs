@@ -61,7 +61,8 @@ impl Deposits {
         rays: &mut u64,
     ) {
         let (point, normal) = (bounce.point, bounce.normal);
-        let Some(sample) = field.samples.locate(scene, point, normal, rays) else {
+        let place = (point, bounce.surface);
+        let Some(sample) = field.samples.locate(scene, place, normal, rays) else {
             return;
         };
         let sample = field.samples.all[sample];

@@ -14,7 +14,7 @@ use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::diffuse::delayed::add_delayed;
 use crate::propagation::diffuse::envelope::STEPS;
-use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
+use crate::propagation::diffuse::surface_samples::{MAX_PATCHES, NO_PATCH};
 use crate::propagation::diffuse::transport::SceneField;
 use crate::propagation::diffuse::visibility_cells::{GROUPS, VisibilityCells};
 use crate::propagation::late_group::{
@@ -57,6 +57,11 @@ impl ListenerField {
     pub(crate) fn invalidate(&mut self) {
         self.of = None;
         self.is_visible.clear();
+    }
+
+    /// Whether the listener sees nothing of the field.
+    pub(crate) fn is_outside(&self) -> bool {
+        self.of.is_some() && !self.is_visible.contains(&true)
     }
 
     /// Finds the field at a position in local coordinates, independently of earlier calls. Returns the number of rays cast.
@@ -139,12 +144,14 @@ impl ListenerField {
             let square = offset.length_squared();
             let length_m = square.sqrt();
             let cosine = sample.normal.dot(offset) / length_m.max(1e-6);
-            if !is_visible || cosine <= 0.0 {
+            if !is_visible || cosine <= 0.0 || sample.patch == NO_PATCH {
                 continue;
             }
             let patch = usize::from(sample.patch);
             let kernel = cosine
-                / (std::f32::consts::PI * (square + spread_m2) * (count * field.share[patch]));
+                / (std::f32::consts::PI
+                    * (square + spread_m2)
+                    * (count * field.samples.share[patch]));
             let air = exp_neg(&scene.air_np_per_m().map(|m| 2.0 * m * length_m));
             let view = &mut self.patches[patch];
             for b in 0..BANDS {
@@ -177,7 +184,7 @@ impl ListenerField {
                     Some(leaving) => *leaving,
                     None => {
                         let mut leaving = [0.0; BANDS];
-                        let seen = field.share.iter().zip(&self.patches);
+                        let seen = field.samples.share.iter().zip(&self.patches);
                         for ((share, view), energy) in seen.zip(field.early_of(to)) {
                             for b in 0..BANDS {
                                 leaving[b] += share * view.energy[b] * energy[b];

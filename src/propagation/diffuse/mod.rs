@@ -18,6 +18,7 @@
 //! after the last motion all are exact. The cache takes about 0.2 MB per source with 128 rays to a depth of 4
 //! (`by_rotation`), and 0.4 MB more in a scene with instances (`static_hit_cache`).
 
+mod air_spaces;
 mod bounce_buffer;
 mod by_rotation;
 mod cached_rays;
@@ -27,6 +28,7 @@ mod deposits;
 pub mod envelope;
 pub mod listener_field;
 pub mod next_event;
+mod patches;
 mod ray_statistics;
 mod sample_search;
 pub mod source_rays;
@@ -227,10 +229,22 @@ impl LateEstimator {
         self.sequences.of((rotation % ROTATIONS) as usize)
     }
 
+    /// Whether no ray of any rotation has left energy at the scene's patches.
+    pub(crate) fn is_outside_field(&self) -> bool {
+        (0..ROTATIONS as usize).all(|rotation| self.deposits.of(rotation).is_empty())
+    }
+
     /// Makes all cached rays invalid; the estimate stays.
     pub fn invalidate_rays(&mut self) {
         for entry in &mut self.entries {
             entry.cached.invalidate();
+        }
+    }
+
+    /// Makes rays of a scene revision invalid; the estimate stays.
+    pub(crate) fn invalidate_rays_of(&mut self, scene_state: u64) {
+        for entry in &mut self.entries {
+            entry.cached.invalidate_of(scene_state);
         }
     }
 

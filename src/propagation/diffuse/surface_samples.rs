@@ -1,14 +1,14 @@
 //! Points on all surfaces of a scene, each with a side, and the patches that they form.
 //!
 //! Own. Points lie evenly by area on both sides of every surface. Sides that sound cannot reach (cavities of solids, the
-//! outside of a closed room) are dropped. A patch is a cluster of samples on one side that see each other, so no patch
-//! reaches through a wall. The result depends on the fixed part of the scene and on
-//! joined parts alone.
+//! outside of a closed room) are dropped ([`crate::propagation::diffuse::air_spaces`]). Points depend on the fixed part of the
+//! scene and on joined parts alone, what they see and their patches
+//! ([`crate::propagation::diffuse::patches`]) on instances as well.
 
 use glam::Vec3;
 
-use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
+use crate::geometry::{Hit, Ray};
 use crate::propagation::diffuse::sample_search::SampleSearch;
 use crate::propagation::rays::directions::{lambert_direction, mix, unit};
 use crate::scene::Scene;
@@ -17,23 +17,20 @@ use crate::scene::Scene;
 /// no better figures.
 pub(crate) const MAX_PATCHES: usize = 28;
 
-/// Samples of a patch on average.
-const SAMPLES_PER_PATCH: usize = 10;
+/// [`SurfaceSample::patch`] of a sample that sees no patch.
+pub(crate) const NO_PATCH: u16 = u16::MAX;
 
-/// Rays of a sample that find out whether sound reaches it.
-const PROBES: usize = 8;
-
-/// Mean free path in metres below which a set of samples is a cavity, and a sample is in a gap.
-const CAVITY_M: f32 = 0.5;
-
-/// Height in metres above the surface of rays between samples.
+/// Height in metres above the surface of rays between samples; less where another surface is nearer than twice of it.
 const HEIGHT_M: f32 = 0.03;
 
 /// Bound of [`SurfaceSamples::leg_factor`].
 const MAX_LEG_FACTOR: f32 = 4.0;
 
+/// Distance in metres of points from a plane up to which they are on one surface: the two faces of a leaf are further apart.
+const COPLANAR_M: f32 = 5e-3;
+
 /// Most samples tried for a point whose nearest one is behind an obstacle.
-const MAX_TRIES: usize = 4;
+pub(crate) const MAX_TRIES: usize = 4;
 
 /// Thickness of a solid in metres up to which its faces are one wall, as in [`crate::propagation::transmission`].
 const MAX_THICKNESS_M: f32 = 1.0;
@@ -42,20 +39,37 @@ const MAX_THICKNESS_M: f32 = 1.0;
 const PARALLEL: f32 = 0.985;
 
 /// One side of a point on a surface.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SurfaceSample {
     pub(crate) point: Vec3,
     /// Unit normal on its side.
     pub(crate) normal: Vec3,
     pub(crate) surface: u32,
-    /// Index of its patch.
+    /// Index of its patch, or [`NO_PATCH`].
     pub(crate) patch: u16,
     /// Patch on the other side of the wall, which radiates what is transmitted.
     pub(crate) behind: Option<u16>,
+    /// The same point, raised above the surface by [`HEIGHT_M`] at most: nothing is between both.
+    pub(crate) raised: Vec3,
     /// Distance in metres along the surface to the nearest obstacle.
     clear_m: f32,
     /// Mean length in metres of its probe rays.
-    leg_m: f32,
+    pub(crate) leg_m: f32,
+}
+
+impl SurfaceSample {
+    /// Whether another surface is so near that rays between samples cannot start at their full height.
+    pub(crate) fn is_in_gap(&self) -> bool {
+        self.raised.distance(self.point) < 0.99 * HEIGHT_M
+    }
+
+    /// Whether a point with a normal is on the same surface, without an obstacle between both.
+    fn is_beside(&self, point: Vec3, normal: Vec3) -> bool {
+        let offset = point - self.point;
+        self.normal.dot(normal) > PARALLEL
+            && self.normal.dot(offset).abs() < COPLANAR_M
+            && offset.length() < self.clear_m
+    }
 }
 
 /// All samples of a scene.
@@ -66,23 +80,41 @@ pub(crate) struct SurfaceSamples {
     pub(crate) area_m2: f32,
     /// Length in metres that a quarter of their probe rays have at most.
     pub(crate) short_leg_m: f32,
+    /// Number of closed spaces without an occupant, whose samples are left out.
+    pub(crate) left_out: usize,
     /// Number of patches.
     pub(crate) patches: usize,
     /// Mean length in metres of a patch's rays to the next surface.
     pub(crate) leg_m: Vec<f32>,
-    search: SampleSearch,
+    /// Share of all samples of each patch.
+    pub(crate) share: Vec<f32>,
+    /// Samples that the patches are about.
+    pub(crate) centres: Vec<usize>,
+    pub(crate) search: SampleSearch,
 }
 
 impl SurfaceSamples {
-    /// About `count` samples of the scene's fixed part and of joined parts. Adds the rays cast to `rays`.
-    pub(crate) fn new(scene: &Scene, count: usize, rays: &mut u64) -> Self {
+    /// About `count` samples of the scene's fixed part and of joined parts, in the spaces of the `occupants` (listener and
+    /// sources, in local coordinates) and in the open. Adds the rays cast to `rays`.
+    pub(crate) fn new(scene: &Scene, count: usize, occupants: &[Vec3], rays: &mut u64) -> Self {
         let mut samples = Self::by_area(scene, count);
-        samples.drop_unreachable(scene, rays);
+        samples.raise(rays, |ray, own| scene.closest_static_hit(ray, own));
         samples.index();
-        samples.measure_clearance(scene, rays);
-        samples.form_patches(scene, rays);
-        samples.find_other_sides(scene, rays);
+        samples.drop_unreachable(scene, occupants, rays);
+        samples.index();
+        samples.choose_centres();
         samples
+    }
+
+    /// Finds what samples see among the instances' present poses, and their patches; returns whether any has changed. Adds the
+    /// rays cast to `rays`.
+    pub(crate) fn look_around(&mut self, scene: &Scene, rays: &mut u64) -> bool {
+        let before = self.all.clone();
+        self.raise(rays, |ray, own| scene.closest_hit(ray, own));
+        self.measure_clearance(scene, rays);
+        self.form_patches(scene, rays);
+        self.find_other_sides(scene, rays);
+        self.all != before
     }
 
     /// Both sides of points at even steps of area.
@@ -113,6 +145,7 @@ impl SurfaceSamples {
                         surface,
                         patch: 0,
                         behind: None,
+                        raised: point,
                         clear_m: 0.0,
                         leg_m: 0.0,
                     });
@@ -123,62 +156,19 @@ impl SurfaceSamples {
         samples
     }
 
-    /// Drops sides from which nothing is hit, cavities, and narrow gaps that are open at an end: nobody is in them, and their
-    /// short legs would set the time base of the whole scene. What is reflected there belongs to the nearest sample.
-    fn drop_unreachable(&mut self, scene: &Scene, rays: &mut u64) {
-        self.index();
-        let mut space: Vec<usize> = (0..self.all.len()).collect();
-        let mut legs = vec![(0.0f32, 0u32); self.all.len()];
-        let mut all_m = Vec::new();
-        for index in 0..self.all.len() {
-            for probe in 0..PROBES {
-                let ray = probe_ray(&self.all[index], index, probe, PROBES);
-                *rays += 1;
-                let own = self.all[index].surface;
-                let Some(hit) = scene.closest_static_hit(&ray, [own, NO_GROUP]) else {
-                    continue;
-                };
-                all_m.push((index, hit.t));
-                legs[index].0 += hit.t;
-                legs[index].1 += 1;
-                let normal = facing(scene, hit.group, ray.direction);
-                if let Some(other) = self.search.nearest(ray.at(hit.t), normal, &[]) {
-                    let (a, b) = (root(&mut space, index), root(&mut space, other));
-                    space[a.max(b)] = a.min(b);
-                }
-            }
-        }
-        let mut sums = vec![(0.0f32, 0u32); self.all.len()];
-        for index in 0..self.all.len() {
-            let own = root(&mut space, index);
-            sums[own].0 += legs[index].0;
-            sums[own].1 += legs[index].1;
-        }
-        let is_kept = |index: usize, space: &mut [usize]| {
-            let (own_m, own_count) = legs[index];
-            let (sum_m, count) = sums[root(space, index)];
-            own_m > CAVITY_M * own_count as f32 && sum_m > CAVITY_M * count as f32
-        };
-        all_m.retain(|(index, _)| is_kept(*index, &mut space));
-        if !all_m.is_empty() {
-            let quarter = all_m.len() / 4;
-            let by_length = |a: &(usize, f32), b: &(usize, f32)| a.1.total_cmp(&b.1);
-            self.short_leg_m = all_m.select_nth_unstable_by(quarter, by_length).1.1;
-        }
-        let mut index = 0;
-        self.all.retain_mut(|sample| {
-            let (own_m, own_count) = legs[index];
-            sample.leg_m = own_m / own_count.max(1) as f32;
-            index += 1;
-            is_kept(index - 1, &mut space)
-        });
-    }
-
     fn index(&mut self) {
         let samples = self.all.iter().map(|sample| (sample.point, sample.normal));
         let samples: Vec<_> = samples.collect();
         // A sample on the other side counts as far as one at the next but two.
         self.search = SampleSearch::new(&samples, 4.0 * self.area_m2);
+    }
+
+    /// Raises the samples before what `cast` hits, except for their own surface.
+    fn raise(&mut self, rays: &mut u64, cast: impl Fn(&Ray, [u32; 2]) -> Option<Hit>) {
+        for sample in &mut self.all {
+            let own = [sample.surface, NO_GROUP];
+            sample.raised = raised(sample.point, sample.normal, rays, |ray| cast(ray, own));
+        }
     }
 
     fn measure_clearance(&mut self, scene: &Scene, rays: &mut u64) {
@@ -188,59 +178,12 @@ impl SurfaceSamples {
             sample.clear_m = longest_m;
             for step in 0..8 {
                 let (sin, cos) = (step as f32 * std::f32::consts::FRAC_PI_4).sin_cos();
-                let origin = sample.point + HEIGHT_M * sample.normal;
-                let ray = Ray::new(origin, side * cos + other * sin);
+                let ray = Ray::new(sample.raised, side * cos + other * sin);
                 *rays += 1;
-                if let Some(hit) = scene.closest_static_hit(&ray, [NO_GROUP; 2]) {
+                if let Some(hit) = scene.closest_hit(&ray, [NO_GROUP; 2]) {
                     sample.clear_m = sample.clear_m.min(hit.t);
                 }
             }
-        }
-    }
-
-    /// Chooses centres far from each other and gives every sample to the nearest one that it sees.
-    fn form_patches(&mut self, scene: &Scene, rays: &mut u64) {
-        let count = (self.all.len() / SAMPLES_PER_PATCH).clamp(1, MAX_PATCHES);
-        let spread_m2 = self.area_m2 * self.all.len() as f32 / count as f32;
-        let distance = |a: &SurfaceSample, b: &SurfaceSample| {
-            let turn = 1.0 - a.normal.dot(b.normal);
-            a.point.distance_squared(b.point) + 2.0 * spread_m2 * turn
-        };
-        let mut centres: Vec<SurfaceSample> = Vec::new();
-        let mut nearest = vec![f32::INFINITY; self.all.len()];
-        while centres.len() < count {
-            let far = nearest.iter().zip(&self.all);
-            let far = far.max_by(|(a, _), (b, _)| a.total_cmp(b));
-            let Some((_, far)) = far else { return };
-            let far = *far;
-            centres.push(far);
-            for (nearest, sample) in nearest.iter_mut().zip(&self.all) {
-                *nearest = nearest.min(distance(sample, &far));
-            }
-        }
-        let mut order: Vec<u16> = Vec::new();
-        for sample in &mut self.all {
-            order.clear();
-            order.extend(0..count as u16);
-            let to = |patch: &u16| distance(sample, &centres[usize::from(*patch)]);
-            order.sort_by(|a, b| to(a).total_cmp(&to(b)));
-            let seen = order.iter().take(MAX_TRIES).find(|patch| {
-                *rays += 1;
-                let centre = &centres[usize::from(**patch)];
-                let leg = Ray::between(raised(sample), raised(centre));
-                !scene.is_statically_blocked(&leg, [NO_GROUP; 2])
-            });
-            sample.patch = *seen.unwrap_or(&order[0]);
-        }
-        self.patches = count;
-        let mut counts = vec![0.0f32; count];
-        self.leg_m = vec![0.0; count];
-        for sample in &self.all {
-            self.leg_m[usize::from(sample.patch)] += sample.leg_m;
-            counts[usize::from(sample.patch)] += 1.0;
-        }
-        for (leg_m, count) in self.leg_m.iter_mut().zip(counts) {
-            *leg_m /= count.max(1.0);
         }
     }
 
@@ -260,7 +203,7 @@ impl SurfaceSamples {
             if through.iter().all(|factor| *factor == 0.0) {
                 continue;
             }
-            let mut point = sample.point;
+            let (mut point, mut surface) = (sample.point, sample.surface);
             let ray = Ray {
                 t_max: MAX_THICKNESS_M,
                 ..Ray::new(sample.point, -sample.normal)
@@ -270,35 +213,40 @@ impl SurfaceSamples {
                 let other = scene.surface(hit.group);
                 let is_parallel = other.normal.as_vec3().dot(sample.normal).abs() > PARALLEL;
                 if other.material == scene.surface(sample.surface).material && is_parallel {
-                    point = ray.at(hit.t);
+                    (point, surface) = (ray.at(hit.t), hit.group);
                 }
             }
-            let found = self.locate(scene, point, -sample.normal, rays);
+            let found = self.locate(scene, (point, surface), -sample.normal, rays);
             self.all[index].behind = found.map(|found| self.all[found].patch);
         }
     }
 
-    /// The sample nearest to a point with a normal, that the point sees. Adds the rays cast to `rays`.
+    /// The sample of a patch nearest to a point of a surface with a normal, that the point sees. Adds the rays cast to
+    /// `rays`.
     pub(crate) fn locate(
         &self,
         scene: &Scene,
-        point: Vec3,
+        (point, surface): (Vec3, u32),
         normal: Vec3,
         rays: &mut u64,
     ) -> Option<usize> {
         let mut tried = [usize::MAX; MAX_TRIES];
+        let mut origin = None;
         for attempt in 0..MAX_TRIES {
             let found = self.search.nearest(point, normal, &tried[..attempt])?;
             let sample = &self.all[found];
-            let is_near = sample.normal.dot(normal) > PARALLEL
-                && sample.point.distance(point) < sample.clear_m;
-            if is_near {
-                return Some(found);
-            }
-            *rays += 1;
-            let leg = Ray::between(point + HEIGHT_M * normal, raised(sample));
-            if !scene.is_statically_blocked(&leg, [NO_GROUP; 2]) {
-                return Some(found);
+            if sample.patch != NO_PATCH {
+                if sample.is_beside(point, normal) {
+                    return Some(found);
+                }
+                let from = *origin.get_or_insert_with(|| {
+                    let own = [surface, NO_GROUP];
+                    raised(point, normal, rays, |ray| scene.closest_hit(ray, own))
+                });
+                *rays += 1;
+                if !scene.any_hit(&Ray::between(from, sample.raised), [NO_GROUP; 2]) {
+                    return Some(found);
+                }
             }
             tried[attempt] = found;
         }
@@ -306,9 +254,20 @@ impl SurfaceSamples {
     }
 }
 
-/// A point just above a sample.
-fn raised(sample: &SurfaceSample) -> Vec3 {
-    sample.point + HEIGHT_M * sample.normal
+/// A point just above a point of a surface, on the side of a normal and before whatever else `cast` hits there. Adds the ray
+/// cast to `rays`.
+pub(crate) fn raised(
+    point: Vec3,
+    normal: Vec3,
+    rays: &mut u64,
+    cast: impl FnOnce(&Ray) -> Option<Hit>,
+) -> Vec3 {
+    *rays += 1;
+    let ray = Ray {
+        t_max: 2.0 * HEIGHT_M,
+        ..Ray::new(point, normal)
+    };
+    ray.at(cast(&ray).map_or(HEIGHT_M, |hit| 0.5 * hit.t))
 }
 
 /// Ray `number` of `count` from a sample, by Lambert's law.
@@ -340,13 +299,4 @@ fn point_within([a, b, c]: &[Vec3; 3], number: u64) -> Vec3 {
         (u, v)
     };
     *a + u * (b - a) + v * (c - a)
-}
-
-/// The root of an index in a forest of sets.
-fn root(sets: &mut [usize], mut index: usize) -> usize {
-    while sets[index] != index {
-        sets[index] = sets[sets[index]];
-        index = sets[index];
-    }
-    index
 }

@@ -8,13 +8,17 @@
 
 use std::ops::Range;
 
+use glam::Vec3;
+
 use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::diffuse::decay_fit::{CommonDecays, FirstLegs, PatchDecays};
 use crate::propagation::diffuse::envelope::STEPS;
-use crate::propagation::diffuse::surface_samples::{SurfaceSamples, facing, probe_ray};
+use crate::propagation::diffuse::surface_samples::{
+    NO_PATCH, SurfaceSample, SurfaceSamples, facing, probe_ray,
+};
 use crate::propagation::late_group::LATE_GROUPS;
 use crate::scene::Scene;
 use crate::simd::{LaneSet, kernel};
@@ -98,8 +102,6 @@ pub struct SceneField {
     pub(crate) step_s: f32,
     /// Speed of sound in metres per second.
     pub(crate) speed_m_s: f32,
-    /// Share of all samples of each patch.
-    pub(crate) share: Vec<f32>,
     /// Energy that leaves patch `to` in a time step, for a unit that patch `from` radiates at time 0:
     /// `[(to × patches + from) × STEPS + step]`.
     responses: Vec<BandArray>,
@@ -116,29 +118,24 @@ pub struct SceneField {
 }
 
 impl SceneField {
-    /// Finds the field of a scene with about `count` samples. Adds the rays cast to `rays`.
-    pub fn new(scene: &Scene, count: usize, rays: &mut u64) -> Self {
-        let mut field = Self::untraced(scene, count, rays);
+    /// Finds the field of a scene with about `count` samples. Closed spaces without any of the `occupants`, listener and
+    /// sources in local coordinates, are left out ([`Self::leaves_out`]). Adds the rays cast to `rays`.
+    pub fn new(scene: &Scene, count: usize, occupants: &[Vec3], rays: &mut u64) -> Self {
+        let mut field = Self::untraced(scene, count, occupants, rays);
         field.renew(scene, rays);
         field
     }
 
-    /// The patches of a scene, without transport between them.
-    fn untraced(scene: &Scene, count: usize, rays: &mut u64) -> Self {
+    /// The samples of a scene, without patches and transport between them.
+    fn untraced(scene: &Scene, count: usize, occupants: &[Vec3], rays: &mut u64) -> Self {
         let count = count.min(affordable(scene.static_crossed_boxes()));
-        let samples = SurfaceSamples::new(scene, count, rays);
-        let patches = samples.patches;
-        let mut share = vec![0.0; patches];
-        for sample in &samples.all {
-            share[usize::from(sample.patch)] += 1.0 / samples.all.len() as f32;
-        }
+        let samples = SurfaceSamples::new(scene, count, occupants, rays);
         let speed_m_s = scene.speed_of_sound_m_s() as f32;
         let step_s = samples.short_leg_m / speed_m_s;
         Self {
             samples,
             step_s: step_s.clamp(STEP_RANGE_S.0, STEP_RANGE_S.1),
             speed_m_s,
-            share,
             responses: Vec::new(),
             early: Vec::new(),
             late: Vec::new(),
@@ -148,11 +145,14 @@ impl SceneField {
         }
     }
 
-    /// Traces the transport between the patches anew, after motion of instances. Adds the rays cast to `rays`.
-    pub fn renew(&mut self, scene: &Scene, rays: &mut u64) {
+    /// Forms the patches and traces the transport between them anew, after motion of instances. Patches keep their indices.
+    /// Returns whether rays may leave their energy at other patches than before. Adds the rays cast to `rays`.
+    pub fn renew(&mut self, scene: &Scene, rays: &mut u64) -> bool {
+        let is_changed = self.samples.look_around(scene, rays);
         let mut sums = self.begin_trace();
         self.trace(scene, 0..self.samples.all.len(), &mut sums, rays);
         self.take_transports(&sums);
+        is_changed
     }
 
     /// Computes responses and decays from the sums of a trace.
@@ -174,10 +174,15 @@ impl SceneField {
         self.decays = CommonDecays::of(&PatchDecays {
             step_s: self.step_s,
             speed_m_s: self.speed_m_s,
-            share: &self.share,
+            share: &self.samples.share,
             responses: &self.responses,
             first_legs: &self.first_legs,
         });
+    }
+
+    /// Whether there are closed spaces that had no occupant.
+    pub fn leaves_out(&self) -> bool {
+        self.samples.left_out > 0
     }
 
     /// Number of patches.
@@ -209,7 +214,7 @@ impl SceneField {
             let mut late = [[0.0; BANDS]; LATE_STEPS.len()];
             let size = STEPS * patches;
             let responses = self.responses[to * size..][..size].chunks_exact(STEPS);
-            for (response, share) in responses.zip(&self.share) {
+            for (response, share) in responses.zip(&self.samples.share) {
                 self.early.push(sum_of(&response[EARLY_STEPS]));
                 for (late, steps) in late.iter_mut().zip(LATE_STEPS) {
                     let energy = sum_of(&response[steps]);
@@ -240,11 +245,15 @@ impl SceneField {
     ) {
         let patches = self.patches();
         let mut of_patch = vec![0u32; patches];
-        for sample in &self.samples.all {
+        let is_of_patch = |sample: &&SurfaceSample| sample.patch != NO_PATCH;
+        for sample in self.samples.all.iter().filter(is_of_patch) {
             of_patch[usize::from(sample.patch)] += RAYS_PER_SAMPLE as u32;
         }
         let own = self.samples.all.iter().enumerate();
         for (index, sample) in own.skip(range.start).take(range.len()) {
+            if sample.patch == NO_PATCH {
+                continue;
+            }
             let from = usize::from(sample.patch);
             for number in 0..RAYS_PER_SAMPLE {
                 let mut ray = probe_ray(sample, index, number, RAYS_PER_SAMPLE);
@@ -270,7 +279,7 @@ impl SceneField {
                     let normal = facing(scene, hit.group, ray.direction);
                     let point = ray.at(hit.t);
                     let cosine = -normal.dot(ray.direction);
-                    let found = self.samples.locate(scene, point, normal, rays);
+                    let found = self.samples.locate(scene, (point, hit.group), normal, rays);
                     let found = found.map(|found| &self.samples.all[found]);
                     patch = found.map_or(patch, |found| usize::from(found.patch));
                     let surface = scene.surface(hit.group);
@@ -328,9 +337,16 @@ pub struct FieldRenewal {
 }
 
 impl FieldRenewal {
-    /// Finds the patches of a scene with about `count` samples. Adds the rays cast to `rays`.
-    pub fn new(scene: &Scene, count: usize, after: &SceneField, rays: &mut u64) -> Self {
-        let mut field = SceneField::untraced(scene, count, rays);
+    /// Finds the patches of a scene with about `count` samples, as [`SceneField::new`]. Adds the rays cast to `rays`.
+    pub fn new(
+        scene: &Scene,
+        count: usize,
+        occupants: &[Vec3],
+        after: &SceneField,
+        rays: &mut u64,
+    ) -> Self {
+        let mut field = SceneField::untraced(scene, count, occupants, rays);
+        field.samples.look_around(scene, rays);
         field.renewals = after.renewals;
         Self {
             sums: field.begin_trace(),
@@ -448,7 +464,7 @@ kernel! {
 mod tests {
     use std::sync::Arc;
 
-    use glam::{DVec3, Vec3};
+    use glam::DVec3;
 
     use super::*;
     use crate::propagation::rays::directions::{mix, unit};
@@ -485,7 +501,12 @@ mod tests {
             Vec3::new(40.0, 30.0, 40.0),
             "concrete",
         ));
-        let samples = |scene: &Scene| SceneField::untraced(scene, 512, &mut 0).samples.all.len();
+        let samples = |scene: &Scene| {
+            SceneField::untraced(scene, 512, &[Vec3::splat(5.0)], &mut 0)
+                .samples
+                .all
+                .len()
+        };
         let mut joined = Scene::clone(&room);
         let pose = InstancePose::at(InstanceId::default(), DVec3::splat(5.0));
         joined

@@ -1,0 +1,128 @@
+//! Patches: clusters of samples that see each other.
+//!
+//! Own. Centres lie far from each other and depend on the samples alone, so a patch keeps its index while instances move. A
+//! sample belongs to the nearest centre that it sees, past fixed surfaces and instances; one that sees none belongs with the
+//! nearest sample that it sees. So no patch reaches through a wall or a shut door. A sample that sees neither, or in a narrow
+//! gap, as behind a door leaf, belongs to no patch: the gap's two ends are in different rooms.
+
+use crate::geometry::Ray;
+use crate::geometry::bvh::NO_GROUP;
+use crate::propagation::diffuse::surface_samples::{
+    MAX_PATCHES, MAX_TRIES, NO_PATCH, SurfaceSample, SurfaceSamples,
+};
+use crate::scene::Scene;
+
+/// Samples of a patch on average.
+const SAMPLES_PER_PATCH: usize = 10;
+
+/// Rounds in which samples that see no centre join what they see.
+const ROUNDS: usize = 4;
+
+impl SurfaceSamples {
+    fn spread_m2(&self) -> f32 {
+        let count = (self.all.len() / SAMPLES_PER_PATCH).clamp(1, MAX_PATCHES);
+        self.area_m2 * self.all.len() as f32 / count as f32
+    }
+
+    /// Chooses centres far from each other.
+    pub(super) fn choose_centres(&mut self) {
+        let count = (self.all.len() / SAMPLES_PER_PATCH).clamp(1, MAX_PATCHES);
+        let spread_m2 = self.spread_m2();
+        let mut nearest = vec![f32::INFINITY; self.all.len()];
+        while self.centres.len() < count {
+            let far = nearest.iter().enumerate();
+            let far = far.max_by(|(_, a), (_, b)| a.total_cmp(b));
+            let Some((far, _)) = far else { return };
+            self.centres.push(far);
+            let centre = self.all[far];
+            for (nearest, sample) in nearest.iter_mut().zip(&self.all) {
+                *nearest = nearest.min(distance(sample, &centre, spread_m2));
+            }
+        }
+    }
+
+    /// Gives every sample to the nearest centre that it sees.
+    pub(super) fn form_patches(&mut self, scene: &Scene, rays: &mut u64) {
+        let spread_m2 = self.spread_m2();
+        let centres: Vec<SurfaceSample> = self.centres.iter().map(|c| self.all[*c]).collect();
+        let mut order: Vec<u16> = Vec::new();
+        for (index, sample) in self.all.iter_mut().enumerate() {
+            sample.patch = NO_PATCH;
+            if sample.is_in_gap() {
+                continue;
+            }
+            let open = |patch: &u16| !centres[usize::from(*patch)].is_in_gap();
+            order.clear();
+            order.extend((0..centres.len() as u16).filter(open));
+            let to = |patch: &u16| distance(sample, &centres[usize::from(*patch)], spread_m2);
+            order.sort_by(|a, b| to(a).total_cmp(&to(b)));
+            let seen = order.iter().find(|patch| {
+                self.centres[usize::from(**patch)] == index
+                    || sees(scene, sample, &centres[usize::from(**patch)], rays)
+            });
+            sample.patch = seen.map_or(NO_PATCH, |patch| *patch);
+        }
+        for _ in 0..ROUNDS {
+            if !self.join_what_is_seen(scene, rays) {
+                break;
+            }
+        }
+        self.weigh_patches();
+    }
+
+    /// Gives samples without a patch to that of a sample that they see; returns whether there were any.
+    fn join_what_is_seen(&mut self, scene: &Scene, rays: &mut u64) -> bool {
+        let mut joined = Vec::new();
+        for (index, sample) in self.all.iter().enumerate() {
+            if sample.patch != NO_PATCH || sample.is_in_gap() {
+                continue;
+            }
+            let mut tried = [index; 2 * MAX_TRIES];
+            for attempt in 1..tried.len() {
+                let without = &tried[..attempt];
+                let found = self.search.nearest(sample.point, sample.normal, without);
+                let Some(found) = found else { break };
+                let other = &self.all[found];
+                if other.patch != NO_PATCH && sees(scene, sample, other, rays) {
+                    joined.push((index, other.patch));
+                    break;
+                }
+                tried[attempt] = found;
+            }
+        }
+        for (index, patch) in &joined {
+            self.all[*index].patch = *patch;
+        }
+        !joined.is_empty()
+    }
+
+    /// Shares and mean legs of the patches.
+    fn weigh_patches(&mut self) {
+        self.patches = self.centres.len();
+        let mut counts = vec![0.0f32; self.patches];
+        self.leg_m.clear();
+        self.leg_m.resize(self.patches, 0.0);
+        for sample in self.all.iter().filter(|sample| sample.patch != NO_PATCH) {
+            self.leg_m[usize::from(sample.patch)] += sample.leg_m;
+            counts[usize::from(sample.patch)] += 1.0;
+        }
+        for (leg_m, count) in self.leg_m.iter_mut().zip(&counts) {
+            *leg_m /= count.max(1.0);
+        }
+        let total = self.all.len() as f32;
+        self.share.clear();
+        self.share.extend(counts.iter().map(|count| count / total));
+    }
+}
+
+/// Squared distance by place and normal.
+fn distance(a: &SurfaceSample, b: &SurfaceSample, spread_m2: f32) -> f32 {
+    let turn = 1.0 - a.normal.dot(b.normal);
+    a.point.distance_squared(b.point) + 2.0 * spread_m2 * turn
+}
+
+/// Whether nothing is between two samples. Adds the ray cast to `rays`.
+fn sees(scene: &Scene, from: &SurfaceSample, to: &SurfaceSample, rays: &mut u64) -> bool {
+    *rays += 1;
+    !scene.any_hit(&Ray::between(from.raised, to.raised), [NO_GROUP; 2])
+}
