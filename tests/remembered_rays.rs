@@ -96,7 +96,8 @@ fn an_update_with_cached_rays_has_the_bits_of_one_without() {
         assert_eq!(set, expected, "update {update}");
         rays.push(set.rays);
     }
-    // Rays of all sources were cast in sixteen updates after each change and in no other.
+    // Rays of all sources were cast in sixteen updates after each change, those of the first four rotations again if the late
+    // field's patches have followed since, and no others.
     let mean = |range: std::ops::Range<usize>| {
         let count = range.len() as u64;
         rays[range].iter().sum::<u64>() / count
