@@ -5,13 +5,8 @@
 use super::super::mesh::TriangleMesh;
 use super::super::weld::sorted_edges;
 
-/// Whether each triangle belongs to a connected piece of its surface of at least `smallest_m2`.
-pub(super) fn large_enough(
-    mesh: &TriangleMesh,
-    triangle_surface: &[u32],
-    smallest_m2: f64,
-) -> Vec<bool> {
-    let roots = roots(&mesh.triangles, triangle_surface);
+/// Whether each triangle belongs to a connected piece of its surface of at least `smallest_m2`; `roots` is of [`roots`].
+pub(super) fn large_enough(mesh: &TriangleMesh, roots: &[u32], smallest_m2: f64) -> Vec<bool> {
     let mut area_m2 = vec![0.0; mesh.triangles.len()];
     for (index, triangle) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = triangle.map(|i| mesh.vertices[i as usize].as_dvec3());
@@ -90,6 +85,9 @@ mod tests {
         };
         square(0.0);
         square(1.0);
+        let large_enough = |mesh: &TriangleMesh, surfaces: &[u32], smallest_m2| {
+            large_enough(mesh, &roots(&mesh.triangles, surfaces), smallest_m2)
+        };
         assert_eq!(large_enough(&mesh, &[0; 4], 0.4), [false; 4]);
         // The same two squares with an edge in common.
         mesh.triangles[2..].copy_from_slice(&[[1, 5, 6], [1, 6, 2]]);

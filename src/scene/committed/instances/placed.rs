@@ -237,9 +237,91 @@ impl PlacedInstance {
         }
     }
 
-    /// The same by its index.
+    /// The same by its index, in the part's own coordinates and of its own surfaces; those of border pieces come after the others.
+    pub(super) fn own_edge(&self, index: u32) -> &Edge {
+        let edges = self.part.edges();
+        match edges.as_slice().get(index as usize) {
+            Some(edge) => edge,
+            None => &edges.border().as_slice()[index as usize - edges.len()],
+        }
+    }
+
+    /// [`Self::edge`] by its index.
     pub(super) fn committed_edge(&self, index: u32) -> Edge {
-        self.edge(self.part.edges().get(index))
+        self.edge(self.own_edge(index))
+    }
+
+    /// Numbers of its own edges and of those of its border pieces.
+    pub(super) fn edge_counts(&self) -> [u32; 2] {
+        let edges = self.part.edges();
+        [edges.len(), edges.border().as_slice().len()].map(|count| count as u32)
+    }
+
+    /// Whether a border piece is a panel together with other parts.
+    #[inline]
+    pub(super) fn is_raised(&self, piece: u32) -> bool {
+        let joint = self.joint.as_ref();
+        joint.is_some_and(|joint| joint.raised.binary_search(&piece).is_ok())
+    }
+
+    /// Whether an edge is one, by the panels of its faces.
+    pub(super) fn is_edge(&self, index: u32) -> bool {
+        let edges = self.part.edges();
+        let border = (index as usize).checked_sub(edges.len());
+        border.is_none_or(|edge| edges.border().pieces_of(edge).any(|p| self.is_raised(p)))
+    }
+
+    /// Edges of raised border pieces.
+    pub(super) fn raised_edges(&self) -> impl Iterator<Item = u32> + '_ {
+        let [count, border] = self.edge_counts();
+        let is_any = self.joint.as_ref().is_some_and(|j| !j.raised.is_empty());
+        let numbers = count..count + if is_any { border } else { 0 };
+        numbers.filter(|edge| self.is_edge(*edge))
+    }
+
+    /// Surfaces of raised border pieces.
+    pub(super) fn raised_surfaces(&self) -> impl Iterator<Item = u32> + '_ {
+        let raised = self.joint.iter().flat_map(|joint| &joint.raised);
+        let pieces = self.part.surface_set().border().as_slice();
+        raised.map(|&piece| pieces[piece as usize].surface)
+    }
+
+    /// Calls `visit` with every edge in a box in the part's coordinates.
+    pub(super) fn visit_edges(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(u32)) {
+        self.part.edges().visit_box(low, high, &mut visit);
+        for number in self.raised_edges() {
+            let edge = self.own_edge(number);
+            let (from, to) = (edge.origin, edge.at(edge.length_m));
+            if from.min(to).cmple(high).all() && from.max(to).cmpge(low).all() {
+                visit(number);
+            }
+        }
+    }
+
+    /// Whether a surface of the part mirrors at a point, both in the part's numbers and coordinates.
+    #[inline]
+    pub(super) fn mirrors_at(&self, local: u32, point: DVec3) -> bool {
+        self.part.reflects_at(local, point) || self.is_in_raised_piece(local, point)
+    }
+
+    fn is_in_raised_piece(&self, local: u32, point: DVec3) -> bool {
+        let Some(joint) = self.joint.as_ref().filter(|joint| !joint.raised.is_empty()) else {
+            return false;
+        };
+        let set = self.part.surface_set();
+        let pieces = set.border().of_surface(local);
+        let first = joint.raised.partition_point(|piece| *piece < pieces.start);
+        let raised = joint.raised[first..].iter();
+        let mut raised = raised.take_while(|piece| **piece < pieces.end);
+        raised.any(|&piece| set.border_piece_holds(piece, point))
+    }
+
+    /// Whether a triangle of the part is of a panel.
+    #[inline]
+    pub(super) fn is_panel(&self, local: u32) -> bool {
+        let piece = || self.part.surface_set().border().of_triangle(local);
+        self.part.is_panel(local)
+            || self.joint.is_some() && piece().is_some_and(|piece| self.is_raised(piece))
     }
 
     /// An edge by its number in the part, as joining has left it, in the scene's coordinates.

@@ -30,13 +30,24 @@ pub(super) fn renew(
         let [a, b] = ends;
         a.min(b).cmple(high).all() && a.max(b).cmpge(low).all()
     };
+    let count = edges.len();
+    let of_edge = |edge: u32| edges.border().boundaries_of(edge as usize - count);
+    let raised: Vec<FreeBoundary> = placed.raised_edges().flat_map(of_edge).copied().collect();
     for surface in 0..placed.part.surfaces().len() as u32 {
         let committed = edges.boundaries_of(surface);
-        if !committed.iter().any(is_near) {
+        let of_pieces = raised.iter().filter(|b| b.surface == surface);
+        let own = committed.iter().chain(of_pieces);
+        let index = rims.boundaries.partition_point(|entry| entry.0 < surface);
+        let before = rims
+            .boundaries
+            .get(index)
+            .filter(|entry| entry.0 == surface);
+        let mut before = before.iter().flat_map(|entry| &entry.1);
+        if !own.clone().any(is_near) && !before.any(is_near) {
             continue;
         }
         let mut rest = Vec::new();
-        for boundary in committed {
+        for boundary in own {
             let across = across_of(placed, boundary);
             boundary.add_rest(&mut rest, |point, side| {
                 let sign = [1.0, -1.0][side];
@@ -44,7 +55,6 @@ pub(super) fn renew(
                 is_still_free(instances, placed, neighbours, (point, across, up))
             });
         }
-        let index = rims.boundaries.partition_point(|entry| entry.0 < surface);
         match rims.boundaries.get_mut(index) {
             Some(entry) if entry.0 == surface => entry.1 = rest,
             _ => rims.boundaries.insert(index, (surface, rest)),
@@ -70,9 +80,7 @@ fn across_of(placed: &PlacedInstance, boundary: &FreeBoundary) -> DVec3 {
     let surface = &placed.part.surfaces()[boundary.surface as usize];
     let across = surface.normal.cross(boundary.direction);
     let middle = boundary.origin + 0.5 * boundary.length_m * boundary.direction;
-    let is_inside = placed
-        .part
-        .reflects_at(boundary.surface, middle + ASIDE_M * across);
+    let is_inside = placed.mirrors_at(boundary.surface, middle + ASIDE_M * across);
     if is_inside { -across } else { across }
 }
 
@@ -115,7 +123,7 @@ fn goes_on(
             [across, -across].into_iter().any(|aside| {
                 let beside = (at.as_dvec3() + ASIDE_M * aside).as_vec3();
                 let beside = other.point(placed.to_scene(beside));
-                other.part.reflects_at(member.local, beside)
+                other.mirrors_at(member.local, beside)
             })
         })
     })
