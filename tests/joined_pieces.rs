@@ -99,11 +99,9 @@ fn small_pieces_mirror_where_they_are_large_enough_together() {
     for order in [[0, 1, 2], [0, 2, 1], [2, 1, 0], [1, 2, 0]] {
         let mut world = world();
         let mut ids = [InstanceId::default(); 3];
-        let mut count = 0;
-        for index in order {
+        for (count, index) in order.into_iter().enumerate() {
             assert!(count == 0 || !mirrors(&world, 0.5 * order[0] as f32 + 0.1));
             ids[index] = add(&mut world, &parts[index]);
-            count += 1;
         }
         for x in [0.1, 0.7, 1.4] {
             assert!(mirrors(&world, x), "{order:?} {x}");

@@ -109,6 +109,10 @@ impl SurfaceBoundaries {
         Self { boundaries, first }
     }
 
+    pub(super) fn all(&self) -> &[FreeBoundary] {
+        &self.boundaries
+    }
+
     pub(super) fn of(&self, surface: u32) -> &[FreeBoundary] {
         let bound = |index: u32| self.first.get(index as usize).map(|&first| first as usize);
         match (bound(surface), bound(surface.saturating_add(1))) {

@@ -195,6 +195,11 @@ impl EdgeSet {
         self.boundaries.of(surface)
     }
 
+    /// The free boundaries of all surfaces.
+    pub(super) fn all_boundaries(&self) -> &[FreeBoundary] {
+        self.boundaries.all()
+    }
+
     /// All edges.
     pub fn as_slice(&self) -> &[Edge] {
         &self.edges

@@ -15,13 +15,16 @@ pub(super) struct Joint {
     pub(super) surfaces: Arc<[u32]>,
     /// Border pieces of the part that are panels together with those of others, ascending.
     pub(super) raised: Vec<u32>,
+    /// Edges of these, ascending.
+    pub(super) raised_edges: Vec<u32>,
     pub(super) edges: JoinedEdges,
     pub(super) rims: JoinedRims,
 }
 
 impl Joint {
     pub(super) fn memory_bytes(&self) -> usize {
-        let raised = size_of_val(self.raised.as_slice());
+        let raised =
+            size_of_val(self.raised.as_slice()) + size_of_val(self.raised_edges.as_slice());
         size_of_val(&*self.surfaces) + raised + self.edges.memory_bytes() + self.rims.memory_bytes()
     }
 }

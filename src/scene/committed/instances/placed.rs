@@ -266,17 +266,23 @@ impl PlacedInstance {
 
     /// Whether an edge is one, by the panels of its faces.
     pub(super) fn is_edge(&self, index: u32) -> bool {
-        let edges = self.part.edges();
-        let border = (index as usize).checked_sub(edges.len());
-        border.is_none_or(|edge| edges.border().pieces_of(edge).any(|p| self.is_raised(p)))
+        let raised = self.raised_edges();
+        index < self.edge_counts()[0] || raised.binary_search(&index).is_ok()
     }
 
-    /// Edges of raised border pieces.
-    pub(super) fn raised_edges(&self) -> impl Iterator<Item = u32> + '_ {
+    /// Edges of raised border pieces, ascending.
+    pub(super) fn raised_edges(&self) -> &[u32] {
+        let joint = self.joint.as_ref();
+        joint.map_or(&[], |joint| &joint.raised_edges)
+    }
+
+    /// Edges of border pieces of which any counts, ascending.
+    pub(super) fn edges_of_pieces(&self, counts: impl Fn(u32) -> bool) -> Vec<u32> {
         let [count, border] = self.edge_counts();
-        let is_any = self.joint.as_ref().is_some_and(|j| !j.raised.is_empty());
-        let numbers = count..count + if is_any { border } else { 0 };
-        numbers.filter(|edge| self.is_edge(*edge))
+        let edges = self.part.edges().border();
+        let mut numbers: Vec<u32> = (count..count + border).collect();
+        numbers.retain(|edge| edges.pieces_of((edge - count) as usize).any(&counts));
+        numbers
     }
 
     /// Surfaces of raised border pieces.
@@ -289,7 +295,7 @@ impl PlacedInstance {
     /// Calls `visit` with every edge in a box in the part's coordinates.
     pub(super) fn visit_edges(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(u32)) {
         self.part.edges().visit_box(low, high, &mut visit);
-        for number in self.raised_edges() {
+        for &number in self.raised_edges() {
             let edge = self.own_edge(number);
             let (from, to) = (edge.origin, edge.at(edge.length_m));
             if from.min(to).cmple(high).all() && from.max(to).cmpge(low).all() {

@@ -18,7 +18,7 @@ mod rims;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::geometry::Aabb;
 use crate::scene::Scene;
@@ -134,6 +134,7 @@ impl Instances {
             placed.joint = Some(Arc::new(Joint {
                 surfaces: surfaces.into(),
                 raised: Vec::new(),
+                raised_edges: Vec::new(),
                 edges: JoinedEdges::default(),
                 rims: JoinedRims::default(),
             }));
@@ -213,18 +214,19 @@ impl Instances {
         let Some(placed) = self.at(slot).cloned() else {
             return;
         };
-        let [count, border] = placed.edge_counts();
-        let of_pieces = placed.part.edges().border();
-        let mut edges: Vec<u32> = (count..count + border)
-            .filter(|edge| {
-                let mut own = of_pieces.pieces_of((edge - count) as usize);
-                own.any(|piece| pieces.contains(&piece))
-            })
-            .collect();
+        let mut edges = placed.edges_of_pieces(|piece| pieces.contains(&piece));
         renewal.edges.entry(slot).or_default().extend(&edges);
         self.change_joint(slot, |joint| joint.edges.drop_contacts_of(&edges));
         edges.retain(|edge| placed.is_edge(*edge));
-        for (other, _) in Neighbours::of(self, slot, &placed.bounds).list {
+        let bounds: Vec<[DVec3; 2]> = pieces.iter().map(|&p| placed.bounds_of_piece(p)).collect();
+        for (other, around) in Neighbours::of(self, slot, &placed.bounds).list {
+            let [least, greatest] = [around.min, around.max].map(Vec3::as_dvec3);
+            let is_near = |[low, high]: &[DVec3; 2]| {
+                low.cmple(greatest + REACH_M).all() && high.cmpge(least - REACH_M).all()
+            };
+            if !bounds.iter().any(is_near) {
+                continue;
+            }
             let Some(neighbour) = self.at(other).cloned() else {
                 continue;
             };

@@ -62,9 +62,12 @@ impl Instances {
                 raised.sort_unstable();
             }
         });
-        let Some(placed) = self.at(slot).cloned() else {
+        let Some(placed) = self.at(slot) else {
             return;
         };
+        let edges = placed.edges_of_pieces(|piece| placed.is_raised(piece));
+        let placed = placed.clone();
+        self.change_joint(slot, |joint| joint.raised_edges = edges);
         let set = placed.part.surface_set();
         let surface = |piece: &u32| set.border().as_slice()[*piece as usize].surface;
         let surfaces: BTreeSet<u32> = pieces.iter().map(surface).collect();
@@ -85,7 +88,7 @@ impl PlacedInstance {
     }
 
     /// Bounds of a border piece in the scene's coordinates.
-    fn bounds_of_piece(&self, piece: u32) -> [DVec3; 2] {
+    pub(super) fn bounds_of_piece(&self, piece: u32) -> [DVec3; 2] {
         let piece = &self.part.surface_set().border().as_slice()[piece as usize];
         let corner = |n: u32| {
             let pick = |axis: usize| [piece.low, piece.high][(n >> axis & 1) as usize][axis];

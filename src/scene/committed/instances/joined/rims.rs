@@ -30,22 +30,18 @@ pub(super) fn renew(
         let [a, b] = ends;
         a.min(b).cmple(high).all() && a.max(b).cmpge(low).all()
     };
-    let count = edges.len();
-    let of_edge = |edge: u32| edges.border().boundaries_of(edge as usize - count);
-    let raised: Vec<FreeBoundary> = placed.raised_edges().flat_map(of_edge).copied().collect();
-    for surface in 0..placed.part.surfaces().len() as u32 {
-        let committed = edges.boundaries_of(surface);
-        let of_pieces = raised.iter().filter(|b| b.surface == surface);
-        let own = committed.iter().chain(of_pieces);
-        let index = rims.boundaries.partition_point(|entry| entry.0 < surface);
-        let before = rims
-            .boundaries
-            .get(index)
-            .filter(|entry| entry.0 == surface);
-        let mut before = before.iter().flat_map(|entry| &entry.1);
-        if !own.clone().any(is_near) && !before.any(is_near) {
-            continue;
-        }
+    let of_edge = |edge: &u32| edges.border().boundaries_of(*edge as usize - edges.len());
+    let of_pieces = || placed.raised_edges().iter().flat_map(of_edge);
+    let before = rims.boundaries.iter().flat_map(|entry| entry.1.iter());
+    let near = before.filter(|b| is_near(b)).map(|b| b.surface);
+    let all = edges.all_boundaries().iter().chain(of_pieces());
+    let near = near.chain(all.filter(|b| is_near(b)).map(|b| b.surface));
+    let mut surfaces: Vec<u32> = near.collect();
+    surfaces.sort_unstable();
+    surfaces.dedup();
+    for surface in surfaces {
+        let committed = edges.boundaries_of(surface).iter();
+        let own = committed.chain(of_pieces().filter(|b| b.surface == surface));
         let mut rest = Vec::new();
         for boundary in own {
             let across = across_of(placed, boundary);
@@ -55,6 +51,7 @@ pub(super) fn renew(
                 is_still_free(instances, placed, neighbours, (point, across, up))
             });
         }
+        let index = rims.boundaries.partition_point(|entry| entry.0 < surface);
         match rims.boundaries.get_mut(index) {
             Some(entry) if entry.0 == surface => entry.1 = rest,
             _ => rims.boundaries.insert(index, (surface, rest)),
