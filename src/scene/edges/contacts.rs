@@ -69,12 +69,13 @@ struct Facet {
 }
 
 /// All contacts that narrow an edge's exterior wedge, each with the index of its edge, in the order of [`rank`]. Where
-/// one leaves no wedge, there may be fewer.
-pub(in crate::scene) fn contacts(
+/// one leaves no wedge, there may be fewer. `candidates` returns the triangles in a box, and may return more.
+pub(in crate::scene) fn contacts<I: Iterator<Item = u32>>(
     edges: &[Edge],
     vertices: &[Vec3],
     triangles: &[[u32; 3]],
     surfaces: &SurfaceSet,
+    candidates: impl FnOnce(DVec3, DVec3) -> I,
 ) -> Vec<(u32, Contact)> {
     let mut search = Search::new(edges);
     let Some((least, greatest)) = search.tree.bounds() else {
@@ -89,16 +90,19 @@ pub(in crate::scene) fn contacts(
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         (low - PROBE_M, high + PROBE_M)
     };
+    // Most triangles of a part are far from the few edges that may touch another one.
+    let is_near = |number: u32| {
+        let [a, b, c] = triangles[number as usize].map(|v| vertices[v as usize]);
+        let (low, high) = (a.min(b).min(c).as_dvec3(), a.max(b).max(c).as_dvec3());
+        (low - PROBE_M).cmple(greatest).all() && (high + PROBE_M).cmpge(least).all()
+    };
     let rank = |number: u32| {
         let [a, b, c] = corners(number);
-        let (low, high) = bounds([a, b, c]);
-        // Most triangles of a part are far from the few edges that may touch another one.
-        let near = low.cmple(greatest).all() && high.cmpge(least).all();
         // Bits of positive numbers sort as the numbers do; inverted, the largest comes first.
-        let rank = (!((b - a).cross(c - a).length() as f32).to_bits(), number);
-        near.then_some(rank)
+        (!((b - a).cross(c - a).length() as f32).to_bits(), number)
     };
-    let mut order: Vec<(u32, u32)> = (0..triangles.len() as u32).filter_map(rank).collect();
+    let near = candidates(least, greatest).filter(|&number| is_near(number));
+    let mut order: Vec<(u32, u32)> = near.map(rank).collect();
     order.sort_unstable();
     for (_, number) in order {
         let corners = corners(number);

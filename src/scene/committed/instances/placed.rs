@@ -1,6 +1,5 @@
 //! One instance at its pose: transforms between part and scene, surfaces and bounds in the scene's local coordinates.
 
-use std::collections::BTreeSet;
 use std::ops::Deref;
 use std::sync::Arc;
 
@@ -16,6 +15,9 @@ use crate::scene::surface::Surface;
 use crate::scene::surface::key::instance_key;
 use crate::scene::{Scene, SurfaceSet};
 
+/// Triangles that have bounds together: neighbours in a file are often neighbours in space.
+const BLOCK: usize = 32;
+
 /// A surface of more corners is bounded by its box.
 const MAX_CORNERS: usize = 64;
 
@@ -30,6 +32,8 @@ struct Outline {
     corners: Vec<Vec3>,
     /// Start of each surface's corners, and the end of the list.
     first: Vec<u32>,
+    /// Bounds of every [`BLOCK`] triangles.
+    blocks: Vec<Aabb>,
 }
 
 impl Outline {
@@ -37,11 +41,22 @@ impl Outline {
         let mut corners = Vec::new();
         let mut first = vec![0];
         let set = part.surface_set();
+        let mut own = Vec::new();
         for index in 0..set.surfaces.len() as u32 {
-            corners.extend(corners_of(part, set, index));
+            add_corners_of(part, set, index, &mut own, &mut corners);
             first.push(corners.len() as u32);
         }
-        Self { corners, first }
+        let bounds = |block: &[[u32; 3]]| {
+            let corners = block.iter().flatten();
+            corners.fold(Aabb::EMPTY, |bounds, &vertex| {
+                bounds.with_point(part.mesh.vertices[vertex as usize])
+            })
+        };
+        Self {
+            corners,
+            first,
+            blocks: part.mesh.triangles.chunks(BLOCK).map(bounds).collect(),
+        }
     }
 
     fn corners(&self, surface: usize) -> &[Vec3] {
@@ -49,22 +64,32 @@ impl Outline {
     }
 }
 
-fn corners_of(part: &Scene, set: &SurfaceSet, index: u32) -> Vec<Vec3> {
-    let triangles = set.triangles_of(index).iter();
+/// Adds the distinct corners of a surface, or those of its box if they are many. `own` is scratch memory.
+fn add_corners_of(
+    part: &Scene,
+    set: &SurfaceSet,
+    index: u32,
+    own: &mut Vec<[u32; 3]>,
+    corners: &mut Vec<Vec3>,
+) {
+    own.clear();
+    for &triangle in set.triangles_of(index) {
+        let of_triangle = part.corners_of(triangle);
+        own.extend(of_triangle.map(|corner| corner.to_array().map(f32::to_bits)));
+    }
     // By their bits, for a reproducible order.
-    let distinct: BTreeSet<[u32; 3]> = triangles
-        .flat_map(|&t| part.corners_of(t))
-        .map(|corner| corner.to_array().map(f32::to_bits))
-        .collect();
-    if distinct.len() <= MAX_CORNERS {
-        let corner = |bits: [u32; 3]| Vec3::from_array(bits.map(f32::from_bits));
-        return distinct.into_iter().map(corner).collect();
+    own.sort_unstable();
+    own.dedup();
+    if own.len() <= MAX_CORNERS {
+        let corner = |bits: &[u32; 3]| Vec3::from_array(bits.map(f32::from_bits));
+        corners.extend(own.iter().map(corner));
+        return;
     }
     let surface = &set.surfaces[index as usize];
     let (low, high) = (surface.bounds_min, surface.bounds_max);
     let corner =
         |n: u32| Vec3::select(glam::BVec3::new(n & 1 > 0, n & 2 > 0, n & 4 > 0), low, high);
-    (0..8).map(corner).collect()
+    corners.extend((0..8).map(corner));
 }
 
 /// The surfaces of an instance: copies of a scene have their own of a part that moves, and share those of a joined part.
@@ -285,6 +310,19 @@ impl PlacedInstance {
         numbers
     }
 
+    /// Triangles of the part in a box in its coordinates, and others beside them.
+    pub(super) fn triangles_near(&self, low: DVec3, high: DVec3) -> impl Iterator<Item = u32> + '_ {
+        let count = self.part.mesh.triangles.len();
+        let blocks = self.outline.blocks.iter().enumerate();
+        let near = blocks.filter(move |(_, bounds)| {
+            bounds.min.as_dvec3().cmple(high).all() && bounds.max.as_dvec3().cmpge(low).all()
+        });
+        near.flat_map(move |(block, _)| {
+            let first = block * BLOCK;
+            first as u32..(first + BLOCK).min(count) as u32
+        })
+    }
+
     /// Surfaces of raised border pieces.
     pub(super) fn raised_surfaces(&self) -> impl Iterator<Item = u32> + '_ {
         let raised = self.joint.iter().flat_map(|joint| &joint.raised);
@@ -432,6 +470,7 @@ impl PlacedInstance {
             + self.joint.as_ref().map_or(0, |joint| joint.memory_bytes())
             + size_of_val(self.outline.corners.as_slice())
             + size_of_val(self.outline.first.as_slice())
+            + size_of_val(self.outline.blocks.as_slice())
     }
 }
 

@@ -48,7 +48,14 @@ pub(super) fn contacts_with(
         .map(|&edge| other.to_local(&part.committed_edge(edge)))
         .collect();
     let mesh = &other.part.mesh;
-    let found = contacts(&moved, &mesh.vertices, &mesh.triangles, &mesh.surfaces);
+    let near = |low, high| other.triangles_near(low, high);
+    let found = contacts(
+        &moved,
+        &mesh.vertices,
+        &mesh.triangles,
+        &mesh.surfaces,
+        near,
+    );
     let named = found.into_iter().map(|(edge, contact)| {
         let surface = other.surface_number(contact.surface);
         (edges[edge as usize], Contact { surface, ..contact })
