@@ -1,7 +1,8 @@
-//! Border pieces: connected plane pieces of a mesh that reach its bounds and are too small for a panel.
+//! Border pieces: connected plane pieces of a mesh that end at its bounds and are too small for a panel.
 //!
-//! A wall that is cut into chunks leaves such pieces at the cuts. Alone they mirror nothing. Together with what they touch in
-//! other parts they may be large enough (`committed/instances/joined/pieces`). Control side to build; queries are wait-free.
+//! A wall that is cut into chunks leaves such pieces at the cuts, where they have open sides; those of a tile reach from one end
+//! of it to the other. Alone they mirror nothing. Together with what they touch in other parts they may be large enough
+//! (`committed/instances/joined/pieces`). Control side to build; queries are wait-free.
 
 use glam::Vec3;
 
@@ -40,23 +41,37 @@ pub(in crate::scene) struct BorderPieces {
 }
 
 impl BorderPieces {
-    /// Of a mesh whose surfaces and panels are known; `roots` has each triangle's connected piece.
+    /// Of a mesh whose surfaces and panels are known. `sides` are all sides of its triangles, sorted; `roots` has each triangle's
+    /// connected piece.
     pub(super) fn build(
         vertices: &[Vec3],
         triangles: &[[u32; 3]],
         set: &SurfaceSet,
-        roots: &[u32],
+        (sides, roots): (&[(u64, u32)], &[u32]),
         least_m2: f64,
     ) -> Self {
         let corners = |t: u32| triangles[t as usize].map(|v| vertices[v as usize]);
         let all = || triangles.iter().flatten().map(|&v| vertices[v as usize]);
         let low = all().fold(Vec3::INFINITY, Vec3::min) + AT_BOUNDS_M;
         let high = all().fold(Vec3::NEG_INFINITY, Vec3::max) - AT_BOUNDS_M;
-        let is_at_bounds = |corner: Vec3| corner.cmplt(low).any() || corner.cmpgt(high).any();
+        // A bit for each plane of the bounds that a corner is at: the lower ones, the upper ones.
+        let planes_at =
+            |corner: Vec3| corner.cmplt(low).bitmask() | corner.cmpgt(high).bitmask() << 3;
         let is_small = |t: u32| !set.is_panel(t) && set.curved.of_triangle(t).is_none();
-        let mut reaches = vec![false; triangles.len()];
+        let mut planes = vec![0u8; triangles.len()];
         for t in (0..triangles.len() as u32).filter(|&t| is_small(t)) {
-            reaches[roots[t as usize] as usize] |= corners(t).into_iter().any(is_at_bounds);
+            let of_piece = &mut planes[roots[t as usize] as usize];
+            *of_piece |= corners(t).into_iter().map(planes_at).fold(0, |a, b| a | b) as u8;
+        }
+        let mut reaches: Vec<bool> = planes.iter().map(|own| own & own >> 3 != 0).collect();
+        for same in sides.chunk_by(|a, b| a.0 == b.0) {
+            if let [(_, side)] = *same
+                && is_small(side / 3)
+            {
+                let corners = corners(side / 3).map(planes_at);
+                let of_side = corners[(side % 3) as usize] & corners[((side + 1) % 3) as usize];
+                reaches[roots[(side / 3) as usize] as usize] |= of_side != 0;
+            }
         }
         // The slots of a surface follow each other.
         let mut members: Vec<(u32, u32, u32)> = (0..)

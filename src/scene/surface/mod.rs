@@ -14,6 +14,7 @@ pub(super) mod panel;
 use glam::{DVec3, Vec3};
 
 use super::mesh::TriangleMesh;
+use super::weld::sorted_edges;
 use crate::binary::{are_below, stored};
 pub(in crate::scene) use border::BorderPieces;
 use curved::CurvedSurfaces;
@@ -139,7 +140,8 @@ impl SurfaceSet {
             first += surface.triangle_count;
         }
         let curved = CurvedSurfaces::find(mesh, centre, vertices, min_panel_m2);
-        let roots = panel::roots(&mesh.triangles, &triangle_surface);
+        let sides = sorted_edges(&mesh.triangles);
+        let roots = panel::roots(&sides, &triangle_surface);
         let mut triangle_in_panel = panel::large_enough(mesh, &roots, min_panel_m2);
         for (triangle, in_panel) in (0..).zip(&mut triangle_in_panel) {
             *in_panel &= curved.of_triangle(triangle).is_none();
@@ -167,7 +169,8 @@ impl SurfaceSet {
             border: BorderPieces::default(),
             grids,
         };
-        set.border = BorderPieces::build(vertices, &mesh.triangles, &set, &roots, min_panel_m2);
+        let pieces = (&*sides, &*roots);
+        set.border = BorderPieces::build(vertices, &mesh.triangles, &set, pieces, min_panel_m2);
         set
     }
 
