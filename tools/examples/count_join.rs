@@ -51,7 +51,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         world.remove_instance(middle)?;
         middle = come_back(&mut world, part)?;
     }
-    println!("{} triangles in the chunk", part.report().triangles);
     Ok(())
 }
 
