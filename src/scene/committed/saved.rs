@@ -25,7 +25,7 @@ use crate::scene::surface::finite_panel::FinitePanels;
 pub const MAGIC: [u8; 8] = *b"\x89FSCENE\n";
 
 /// Version of the format. It rises with every change of what commit makes or how it is stored.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Bytes before the content.
 pub const HEADER_BYTES: usize = 32;
@@ -255,7 +255,7 @@ fn restored(content: &[u8]) -> Option<Scene> {
     let surfaces = mesh.surfaces.surfaces.len();
     let is_consistent = from.is_sound()
         && mesh.is_consistent()
-        && edges.is_consistent(surfaces)
+        && edges.is_consistent(&mesh.surfaces)
         && finite_panels.is_consistent(surfaces)
         && reflectances.len() == mesh.materials.len()
         && materials.len() == mesh.materials.len()

@@ -93,21 +93,9 @@ pub(crate) struct SurfaceBoundaries {
 impl SurfaceBoundaries {
     pub(crate) fn build(edges: &[Edge], set: &SurfaceSet, bvh: &Bvh) -> Self {
         let mut boundaries = Vec::new();
-        let most_pieces = search_budget::pieces(edges.len(), RAYS_A_PIECE, bvh.crossed_boxes());
+        let most_pieces = most_pieces(edges.len(), bvh);
         for edge in edges {
-            for (surface, inward, may_be_free) in faces(edge, &set.surfaces) {
-                let normal = set.surfaces[surface as usize].normal;
-                let is_free = |at: DVec3, side: usize| {
-                    let up = [normal, -normal][side];
-                    // Where a single ray is too much work, nothing counts as continued.
-                    let is_untested = most_pieces == 0;
-                    may_be_free[side]
-                        && (is_untested
-                            || is_free(bvh, at.as_vec3(), -inward.as_vec3(), up.as_vec3()))
-                };
-                let most = most_pieces.clamp(1, MOST_PIECES);
-                add_pieces(&mut boundaries, surface, edge, most, is_free);
-            }
+            add_of_edge(&mut boundaries, edge, set, bvh, most_pieces);
         }
         boundaries.sort_by_key(|boundary| boundary.surface);
         let surfaces = set.surfaces.len();
@@ -119,6 +107,10 @@ impl SurfaceBoundaries {
             first[surface + 1] += first[surface];
         }
         Self { boundaries, first }
+    }
+
+    pub(super) fn all(&self) -> &[FreeBoundary] {
+        &self.boundaries
     }
 
     pub(super) fn of(&self, surface: u32) -> &[FreeBoundary] {
@@ -143,6 +135,33 @@ impl SurfaceBoundaries {
 
     pub(crate) fn memory_bytes(&self) -> usize {
         size_of_val(self.boundaries.as_slice()) + size_of_val(self.first.as_slice())
+    }
+}
+
+/// Most pieces of each of so many edges that are tested.
+pub(super) fn most_pieces(edges: usize, bvh: &Bvh) -> usize {
+    search_budget::pieces(edges, RAYS_A_PIECE, bvh.crossed_boxes())
+}
+
+/// Adds the free boundaries of an edge's faces.
+pub(super) fn add_of_edge(
+    boundaries: &mut Vec<FreeBoundary>,
+    edge: &Edge,
+    set: &SurfaceSet,
+    bvh: &Bvh,
+    most_pieces: usize,
+) {
+    for (surface, inward, may_be_free) in faces(edge, &set.surfaces) {
+        let normal = set.surfaces[surface as usize].normal;
+        let is_free = |at: DVec3, side: usize| {
+            let up = [normal, -normal][side];
+            // Where a single ray is too much work, nothing counts as continued.
+            let is_untested = most_pieces == 0;
+            may_be_free[side]
+                && (is_untested || is_free(bvh, at.as_vec3(), -inward.as_vec3(), up.as_vec3()))
+        };
+        let most = most_pieces.clamp(1, MOST_PIECES);
+        add_pieces(boundaries, surface, edge, most, is_free);
     }
 }
 

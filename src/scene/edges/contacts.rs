@@ -69,12 +69,13 @@ struct Facet {
 }
 
 /// All contacts that narrow an edge's exterior wedge, each with the index of its edge, in the order of [`rank`]. Where
-/// one leaves no wedge, there may be fewer.
-pub(in crate::scene) fn contacts(
+/// one leaves no wedge, there may be fewer. `candidates` returns the triangles in a box, and may return more.
+pub(in crate::scene) fn contacts<I: Iterator<Item = u32>>(
     edges: &[Edge],
     vertices: &[Vec3],
     triangles: &[[u32; 3]],
     surfaces: &SurfaceSet,
+    candidates: impl FnOnce(DVec3, DVec3) -> I,
 ) -> Vec<(u32, Contact)> {
     let mut search = Search::new(edges);
     let Some((least, greatest)) = search.tree.bounds() else {
@@ -89,16 +90,19 @@ pub(in crate::scene) fn contacts(
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         (low - PROBE_M, high + PROBE_M)
     };
+    // Most triangles of a part are far from the few edges that may touch another one.
+    let is_near = |number: u32| {
+        let [a, b, c] = triangles[number as usize].map(|v| vertices[v as usize]);
+        let (low, high) = (a.min(b).min(c).as_dvec3(), a.max(b).max(c).as_dvec3());
+        (low - PROBE_M).cmple(greatest).all() && (high + PROBE_M).cmpge(least).all()
+    };
     let rank = |number: u32| {
         let [a, b, c] = corners(number);
-        let (low, high) = bounds([a, b, c]);
-        // Most triangles of a part are far from the few edges that may touch another one.
-        let near = low.cmple(greatest).all() && high.cmpge(least).all();
         // Bits of positive numbers sort as the numbers do; inverted, the largest comes first.
-        let rank = (!((b - a).cross(c - a).length() as f32).to_bits(), number);
-        near.then_some(rank)
+        (!((b - a).cross(c - a).length() as f32).to_bits(), number)
     };
-    let mut order: Vec<(u32, u32)> = (0..triangles.len() as u32).filter_map(rank).collect();
+    let near = candidates(least, greatest).filter(|&number| is_near(number));
+    let mut order: Vec<(u32, u32)> = near.map(rank).collect();
     order.sort_unstable();
     for (_, number) in order {
         let corners = corners(number);
@@ -307,8 +311,19 @@ impl Facet {
         let Some(across) = across.try_normalize() else {
             return [None; 2];
         };
+        // Beyond an acute corner a point may be near to both sides and far from the triangle.
+        let corners = self.corners.map(|corner| corner - edge.origin);
+        let along = corners.map(|corner| corner.dot(edge.direction));
+        near.span_m = [
+            near.span_m[0].max(least(along) - FLUSH_M),
+            near.span_m[1].min(-least(along.map(|m| -m)) + FLUSH_M),
+        ];
         [across, -across].map(|direction| {
             // The section of the edge from which the triangle continues in this direction.
+            let reach_m = -least(corners.map(|corner| -corner.dot(direction)));
+            if reach_m < PROBE_M - FLUSH_M {
+                return None;
+            }
             let mut section = near;
             let probe = edge.origin + direction * PROBE_M;
             for (&from, &inward) in self.corners.iter().zip(&self.inward) {
@@ -327,6 +342,11 @@ impl Facet {
             })
         })
     }
+}
+
+/// The least of three.
+fn least([a, b, c]: [f64; 3]) -> f64 {
+    a.min(b).min(c)
 }
 
 /// A section of an edge, from and to in metres along it.
@@ -361,5 +381,36 @@ impl Section {
 
     fn is_contact(&self) -> bool {
         self.span_m[1] - self.span_m[0] > LEAST_CONTACT_M
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::edges::NO_EDGE;
+
+    #[test]
+    fn an_acute_corner_touches_no_more_of_an_edge_than_a_blunt_one() {
+        let edge = Edge {
+            origin: DVec3::ZERO,
+            direction: DVec3::Y,
+            length_m: 0.9,
+            tangent: DVec3::Z,
+            normal: DVec3::X,
+            n: 1.5,
+            ..NO_EDGE
+        };
+        // Both begin at the edge's end and lie on the face's own side of it.
+        let of = |tip: DVec3, a: [f64; 2], b: [f64; 2]| {
+            let [a, b] = [a, b].map(|[y, z]| tip + DVec3::new(0.0, y, z));
+            Facet::new([tip, a, b], DVec3::X, 0).touch(&edge)
+        };
+        let end = edge.at(edge.length_m);
+        assert_eq!(of(end, [0.52, 0.15], [0.9, 0.22]), [None; 2]);
+        assert_eq!(of(end, [0.52, 0.15], [0.0, 0.45]), [None; 2]);
+        // One that goes on at the other side of the edge touches it.
+        let below = edge.at(0.5);
+        let found = of(below, [0.3, 0.0], [0.3, -0.4]);
+        assert_eq!(found.iter().flatten().count(), 1);
     }
 }

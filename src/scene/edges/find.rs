@@ -32,7 +32,21 @@ struct Segment {
     triangle: u32,
     n: f64,
     faces: [u32; 2],
+    /// Triangle of the second face.
+    second: u32,
 }
+
+/// The edges of a mesh.
+pub(super) struct FoundEdges {
+    /// Those of panels, sorted by key.
+    pub(super) of_panels: Vec<Edge>,
+    /// Those of border pieces alone, sorted by key, and the piece of each face, or [`NO_PIECE`].
+    pub(super) of_border: Vec<Edge>,
+    pub(super) pieces: Vec<[u32; 2]>,
+}
+
+/// A face that is no border piece.
+pub(super) const NO_PIECE: u32 = u32::MAX;
 
 /// Collinear segments as one: the first of them, and the two vertices farthest apart.
 struct Line {
@@ -40,28 +54,31 @@ struct Line {
     ends: [u32; 2],
 }
 
-/// The edges of a mesh, sorted by key.
+/// The edges of a mesh.
 pub(super) fn find(
     vertices: &[Vec3],
     triangles: &[[u32; 3]],
     surfaces: &SurfaceSet,
     centre: DVec3,
     length_scale: f64,
-) -> Vec<Edge> {
+) -> FoundEdges {
     let mesh = Mesh {
         vertices,
         triangles,
         surfaces,
     };
-    let edges = mesh.edges(length_scale);
+    let key = |edge: &Edge| {
+        let faces = edge.faces.map(|face| surfaces.surfaces[face as usize].key);
+        let ends = [edge.at(0.0), edge.at(edge.length_m)];
+        edge_key(faces, ends.map(|end| end + centre))
+    };
+    let [segments, of_border] = mesh.segments();
+    let edges = mesh.edges(&segments, length_scale, |_| 0);
+    drop(segments);
     let edges = flush::cut(edges, vertices, triangles, surfaces);
     let mut edges = longest(&edges, |edge| edge.length_m, |edge| *edge);
     for edge in &mut edges {
-        let faces = edge.faces.map(|face| surfaces.surfaces[face as usize].key);
-        edge.key = edge_key(
-            faces,
-            [edge.at(0.0), edge.at(edge.length_m)].map(|p| p + centre),
-        );
+        edge.key = key(edge);
     }
     edges.sort_by_key(|edge| edge.key);
     let keys: Vec<u64> = edges.iter().map(|edge| edge.key).collect();
@@ -69,7 +86,26 @@ pub(super) fn find(
         edge.key = key;
     }
     edges.sort_by_key(|edge| edge.key);
-    edges
+    // Until their faces are known, the keys hold the pieces.
+    let piece = |triangle| surfaces.border().of_triangle(triangle).unwrap_or(NO_PIECE);
+    let of_border = mesh.edges(&of_border, length_scale, |segment| {
+        u64::from(piece(segment.triangle)) << 32 | u64::from(piece(segment.second))
+    });
+    let of_border = flush::cut(of_border, vertices, triangles, surfaces);
+    let mut border: Vec<([u32; 2], Edge)> = of_border
+        .into_iter()
+        .map(|edge| {
+            let pieces = [(edge.key >> 32) as u32, edge.key as u32];
+            let key = key(&edge);
+            (pieces, Edge { key, ..edge })
+        })
+        .collect();
+    border.sort_by_key(|(_, edge)| edge.key);
+    FoundEdges {
+        of_panels: edges,
+        of_border: border.iter().map(|(_, edge)| *edge).collect(),
+        pieces: border.iter().map(|(pieces, _)| *pieces).collect(),
+    }
 }
 
 /// One face at an edge.
@@ -98,10 +134,14 @@ impl Mesh<'_> {
         self.vertices[vertex as usize].as_dvec3()
     }
 
-    /// The longest edges without regard to contacts.
-    fn edges(&self, length_scale: f64) -> Vec<Edge> {
-        let segments = self.segments();
-        let mut lines = self.join(&segments);
+    /// The longest edges without regard to contacts, with a key for each.
+    fn edges(
+        &self,
+        segments: &[Segment],
+        length_scale: f64,
+        key: impl Fn(&Segment) -> u64,
+    ) -> Vec<Edge> {
+        let mut lines = self.join(segments);
         let length_m = |line: &Line| {
             let [low, high] = line.ends.map(|end| self.position(end));
             low.distance(high)
@@ -110,35 +150,48 @@ impl Mesh<'_> {
         longest(&lines, length_m, |line| {
             let segment = &segments[line.segment as usize];
             Edge {
+                key: key(segment),
                 length_scale,
                 ..self.edge(segment, line.ends)
             }
         })
     }
 
-    fn segments(&self) -> Vec<Segment> {
+    /// The segments of edges of panels, and of those of border pieces alone.
+    fn segments(&self) -> [Vec<Segment>; 2] {
         let sides = sorted_edges(self.triangles);
         let shell = room_shell(self.vertices, self.triangles);
         let surfaces = self.surfaces;
-        let is_candidate = |same: &[(u64, u32)]| {
+        let is_flat = |same: &[(u64, u32)]| {
             let surface = |side: u32| surfaces.triangle_surface[(side / 3) as usize];
             let curved = |side: u32| surfaces.curved.of_triangle(side / 3);
             // Neighbours in a plane or in a curved surface.
-            let flat = same.len() == 2
+            same.len() == 2
                 && (surface(same[0].1) == surface(same[1].1)
-                    || curved(same[0].1).is_some() && curved(same[0].1) == curved(same[1].1));
-            !flat && same.iter().any(|&(_, side)| surfaces.is_panel(side / 3))
+                    || curved(same[0].1).is_some() && curved(same[0].1) == curved(same[1].1))
         };
-        let candidates = || {
-            let all = sides.chunk_by(|a, b| a.0 == b.0);
-            all.filter(|same| is_candidate(same))
+        let is_panel = |triangle: u32| surfaces.is_panel(triangle);
+        let is_border = |triangle: u32| surfaces.border().of_triangle(triangle).is_some();
+        let has = |same: &[(u64, u32)], is_large: &dyn Fn(u32) -> bool| {
+            same.iter().any(|&(_, side)| is_large(side / 3))
         };
-        let mut segments = Vec::with_capacity(candidates().count());
-        segments.extend(candidates().filter_map(|same| {
-            let ends = [(same[0].0 >> 32) as u32, same[0].0 as u32];
-            self.segment(ends, same, &shell)
-        }));
-        segments
+        let found = |is_large: &dyn Fn(u32) -> bool, is_other: &dyn Fn(u32) -> bool| {
+            let candidates = || {
+                let all = sides.chunk_by(|a, b| a.0 == b.0);
+                all.filter(|same| !is_flat(same) && has(same, is_large) && !has(same, is_other))
+            };
+            let mut segments = Vec::with_capacity(candidates().count());
+            segments.extend(candidates().filter_map(|same| {
+                let ends = [(same[0].0 >> 32) as u32, same[0].0 as u32];
+                self.segment(ends, same, &shell, is_large)
+            }));
+            segments
+        };
+        let of_border = match surfaces.border().as_slice().is_empty() {
+            true => Vec::new(),
+            false => found(&is_border, &is_panel),
+        };
+        [found(&is_panel, &|_| false), of_border]
     }
 
     fn direction(&self, [from, to]: [u32; 2]) -> Option<DVec3> {
@@ -163,16 +216,23 @@ impl Mesh<'_> {
         [direction, tangent.unwrap_or_default()]
     }
 
-    fn segment(&self, ends: [u32; 2], sides: &[(u64, u32)], shell: &[bool]) -> Option<Segment> {
+    fn segment(
+        &self,
+        ends: [u32; 2],
+        sides: &[(u64, u32)],
+        shell: &[bool],
+        is_large: &dyn Fn(u32) -> bool,
+    ) -> Option<Segment> {
         let direction = self.direction(ends)?;
         if let [(_, side)] = *sides {
             // A boundary.
             let triangle = side / 3;
             self.tangent(triangle, ends[0], direction)?;
             let surface = self.surfaces.triangle_surface[triangle as usize];
-            return self.surfaces.is_panel(triangle).then_some(Segment {
+            return is_large(triangle).then_some(Segment {
                 vertices: ends,
                 triangle,
+                second: triangle,
                 n: 2.0,
                 faces: [surface; 2],
             });
@@ -208,8 +268,7 @@ impl Mesh<'_> {
             return None;
         }
         // One large face suffices for a shadow: the other may be narrow, such as a door jamb.
-        let panels =
-            self.surfaces.is_panel(first.triangle) || self.surfaces.is_panel(second.triangle);
+        let panels = is_large(first.triangle) || is_large(second.triangle);
         // The air's side of the first face is where angles grow, of the second where they fall.
         let first_looks_away = first.normal.dot(direction.cross(first.tangent)) < 0.0;
         let second_looks_away = second.normal.dot(second.tangent.cross(direction)) < 0.0;
@@ -217,6 +276,7 @@ impl Mesh<'_> {
         (panels && !rock).then_some(Segment {
             vertices: ends,
             triangle: first.triangle,
+            second: second.triangle,
             n: gap(widest) / PI,
             faces: [first.surface, second.surface],
         })

@@ -26,7 +26,8 @@ pub(super) fn cut(
     triangles: &[[u32; 3]],
     surfaces: &SurfaceSet,
 ) -> Vec<Edge> {
-    let found = contacts(&edges, vertices, triangles, surfaces);
+    let all = 0..triangles.len() as u32;
+    let found = contacts(&edges, vertices, triangles, surfaces, |_, _| all);
     let mut by_edge = found.chunk_by(|a, b| a.0 == b.0).peekable();
     let mut result = Vec::with_capacity(edges.len());
     let mut left = MOST_IN_SECTIONS;

@@ -3,6 +3,7 @@
 //! Control side to build; queries are wait-free, allocate nothing and are bounded by the number of edges. Own, after the
 //! description of edge visibility in \[SCHISSLER14\].
 
+mod border;
 mod boundaries;
 mod contacts;
 mod edge;
@@ -31,6 +32,7 @@ pub use mirrors::{EdgeMirrors, MOST_EDGE_MIRRORS};
 
 use super::surface::SurfaceSet;
 use crate::geometry::Bvh;
+use border::BorderEdges;
 pub(super) use boundaries::{FreeBoundary, nearest_m};
 use tree::EdgeTree;
 
@@ -54,6 +56,7 @@ pub struct EdgeSet {
     boundaries: boundaries::SurfaceBoundaries,
     /// The largest surfaces, largest first.
     large: Vec<u32>,
+    border: BorderEdges,
 }
 
 /// What a query calls the edges of a set, and which of them have another shape than at commit.
@@ -132,8 +135,10 @@ impl EdgeSet {
         bvh: &Bvh,
         length_scale: f64,
     ) -> Self {
-        let mut edges = find::find(vertices, triangles, surfaces, centre, length_scale);
+        let found = find::find(vertices, triangles, surfaces, centre, length_scale);
+        let (mut edges, mut of_border) = (found.of_panels, found.of_border);
         free_ends::mark(&mut edges, bvh);
+        free_ends::mark(&mut of_border, bvh);
         let tree = EdgeTree::build(&edges);
         let graph = visibility_graph::EdgeVisibilityGraph::build(&edges, &tree, bvh, length_scale);
         let mut mirrors: Vec<u32> = (0..surfaces.surfaces.len() as u32)
@@ -145,6 +150,7 @@ impl EdgeSet {
         Self {
             mirrors: mirrors::EdgeMirrorLists::build(&edges, &surfaces.surfaces, &mirrors),
             boundaries: boundaries::SurfaceBoundaries::build(&edges, surfaces, bvh),
+            border: BorderEdges::new(of_border, found.pieces, surfaces, bvh),
             edges,
             tree,
             graph,
@@ -159,6 +165,11 @@ impl EdgeSet {
             edges,
             ..Self::default()
         }
+    }
+
+    /// The edges of border pieces.
+    pub(super) fn border(&self) -> &BorderEdges {
+        &self.border
     }
 
     /// Calls `visit` with every edge in a box.
@@ -182,6 +193,11 @@ impl EdgeSet {
     /// The free boundaries of a surface.
     pub(super) fn boundaries_of(&self, surface: u32) -> &[FreeBoundary] {
         self.boundaries.of(surface)
+    }
+
+    /// The free boundaries of all surfaces.
+    pub(super) fn all_boundaries(&self) -> &[FreeBoundary] {
+        self.boundaries.all()
     }
 
     /// All edges.
@@ -356,5 +372,6 @@ impl EdgeSet {
             + self.mirrors.memory_bytes()
             + self.boundaries.memory_bytes()
             + size_of_val(self.large.as_slice())
+            + self.border.memory_bytes()
     }
 }

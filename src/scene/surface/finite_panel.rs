@@ -98,7 +98,8 @@ impl FinitePanels {
         bvh: &Bvh,
         largest_m2: f64,
     ) -> Self {
-        let roots = panel::roots(triangles, &set.triangle_surface);
+        let edges = sorted_edges(triangles);
+        let roots = panel::roots(&edges, &set.triangle_surface);
         let mut members: Vec<u32> = (0..triangles.len() as u32)
             .filter(|&t| set.is_panel(t))
             .collect();
@@ -121,7 +122,6 @@ impl FinitePanels {
             small.push((area_m2, range));
         }
         drop(roots);
-        let edges = sorted_edges(triangles);
         let boundary = |visit: &mut dyn FnMut(u32, u32)| {
             visit_boundary(&edges, &set.triangle_surface, &piece_index, visit);
         };

@@ -211,6 +211,11 @@ impl Grids {
             + size_of_val(self.entries.as_slice())
     }
 
+    /// Whether the triangle of a slot holds a point, as [`Self::contains`] tests it.
+    pub(super) fn triangle_holds(&self, slot: u32, normal: DVec3, point: DVec3) -> bool {
+        self.flat[slot as usize].holds(flat(point, main_axis(normal)))
+    }
+
     #[inline]
     pub(super) fn contains(&self, index: u32, surface: &Surface, point: DVec3) -> bool {
         let position = flat(point, main_axis(surface.normal));

@@ -3,6 +3,7 @@
 //! Control side to build; queries are wait-free. The floors of two rooms are one surface: a path keeps its identity while
 //! the listener walks through a door. Own; the tolerances are [`SAME_PLANE_ANGLE_DEG`] and [`SAME_PLANE_DISTANCE_M`].
 
+mod border;
 pub mod curved;
 pub mod finite_panel;
 mod grid;
@@ -13,7 +14,9 @@ pub(super) mod panel;
 use glam::{DVec3, Vec3};
 
 use super::mesh::TriangleMesh;
+use super::weld::sorted_edges;
 use crate::binary::{are_below, stored};
+pub(in crate::scene) use border::BorderPieces;
 use curved::CurvedSurfaces;
 use grid::Grids;
 pub use grid::INSIDE_TOLERANCE_M;
@@ -74,6 +77,7 @@ pub struct SurfaceSet {
     triangle_in_panel: Vec<bool>,
     /// Regions of facets that reflect as a smooth surface; they belong to no panel.
     pub(in crate::scene) curved: CurvedSurfaces,
+    border: BorderPieces,
     grids: Grids,
 }
 
@@ -136,7 +140,9 @@ impl SurfaceSet {
             first += surface.triangle_count;
         }
         let curved = CurvedSurfaces::find(mesh, centre, vertices, min_panel_m2);
-        let mut triangle_in_panel = panel::large_enough(mesh, &triangle_surface, min_panel_m2);
+        let sides = sorted_edges(&mesh.triangles);
+        let roots = panel::roots(&sides, &triangle_surface);
+        let mut triangle_in_panel = panel::large_enough(mesh, &roots, min_panel_m2);
         for (triangle, in_panel) in (0..).zip(&mut triangle_in_panel) {
             *in_panel &= curved.of_triangle(triangle).is_none();
         }
@@ -154,14 +160,31 @@ impl SurfaceSet {
             }
         }
         let grids = Grids::build(&surfaces, &triangles, &mesh.triangles, vertices);
-        Self {
+        let mut set = Self {
             surfaces,
             triangle_surface,
             triangles,
             triangle_in_panel,
             curved,
+            border: BorderPieces::default(),
             grids,
-        }
+        };
+        let pieces = (&*sides, &*roots);
+        set.border = BorderPieces::build(vertices, &mesh.triangles, &set, pieces, min_panel_m2);
+        set
+    }
+
+    /// Pieces that may be panels together with those of other parts.
+    pub(in crate::scene) fn border(&self) -> &BorderPieces {
+        &self.border
+    }
+
+    /// [`Self::reflects_at`] for a border piece.
+    pub(in crate::scene) fn border_piece_holds(&self, piece: u32, point: DVec3) -> bool {
+        let surface = self.border.as_slice()[piece as usize].surface;
+        let normal = self.surfaces[surface as usize].normal;
+        let mut slots = self.border.slots_of(piece).iter();
+        slots.any(|&slot| self.grids.triangle_holds(slot, normal, point))
     }
 
     /// The triangles of a surface.
@@ -205,6 +228,7 @@ impl SurfaceSet {
             + size_of_val(self.triangles.as_slice())
             + self.triangle_in_panel.len()
             + self.curved.memory_bytes()
+            + self.border.memory_bytes()
             + self.grids.memory_bytes()
     }
 
@@ -236,6 +260,7 @@ stored!(SurfaceSet {
     triangles: Vec<u32>,
     triangle_in_panel: Vec<bool>,
     curved: CurvedSurfaces,
+    border: BorderPieces,
     grids: Grids,
 });
 
@@ -255,6 +280,7 @@ impl SurfaceSet {
         lists == [triangles; 2]
             && self.triangle_in_panel.len() == triangles
             && self.curved.is_consistent(triangles)
+            && self.border.is_consistent(self.surfaces.len(), triangles)
             && surfaces.all(is_in_order)
             && end == triangles as u64
             && are_below(&self.triangle_surface, self.surfaces.len())

@@ -3,15 +3,9 @@
 //! The backs of a row of seats are one surface in one plane, but each back is a small obstacle to a wave.
 
 use super::super::mesh::TriangleMesh;
-use super::super::weld::sorted_edges;
 
-/// Whether each triangle belongs to a connected piece of its surface of at least `smallest_m2`.
-pub(super) fn large_enough(
-    mesh: &TriangleMesh,
-    triangle_surface: &[u32],
-    smallest_m2: f64,
-) -> Vec<bool> {
-    let roots = roots(&mesh.triangles, triangle_surface);
+/// Whether each triangle belongs to a connected piece of its surface of at least `smallest_m2`; `roots` is of [`roots`].
+pub(super) fn large_enough(mesh: &TriangleMesh, roots: &[u32], smallest_m2: f64) -> Vec<bool> {
     let mut area_m2 = vec![0.0; mesh.triangles.len()];
     for (index, triangle) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = triangle.map(|i| mesh.vertices[i as usize].as_dvec3());
@@ -23,12 +17,12 @@ pub(super) fn large_enough(
         .collect()
 }
 
-/// The first triangle of each triangle's connected piece of its surface.
-pub(super) fn roots(triangles: &[[u32; 3]], triangle_surface: &[u32]) -> Vec<u32> {
-    let mut pieces = DisjointSets::new(triangles.len());
+/// The first triangle of each triangle's connected piece of its surface; `sides` are of [`sorted_edges`](super::super::weld::sorted_edges).
+pub(super) fn roots(sides: &[(u64, u32)], triangle_surface: &[u32]) -> Vec<u32> {
+    let mut pieces = DisjointSets::new(triangle_surface.len());
     let surface = |&(_, side): &(u64, u32)| triangle_surface[(side / 3) as usize];
     let mut meeting: Vec<(u32, u32)> = Vec::new();
-    for same in sorted_edges(triangles).chunk_by(|a, b| a.0 == b.0) {
+    for same in sides.chunk_by(|a, b| a.0 == b.0) {
         // Sorted, because thousands of triangles may meet at one edge.
         meeting.clear();
         meeting.extend(same.iter().map(|side| (surface(side), side.1 / 3)));
@@ -37,7 +31,7 @@ pub(super) fn roots(triangles: &[[u32; 3]], triangle_surface: &[u32]) -> Vec<u32
             pieces.union(pair[0].1, pair[1].1);
         }
     }
-    (0..triangles.len() as u32)
+    (0..triangle_surface.len() as u32)
         .map(|index| pieces.root(index))
         .collect()
 }
@@ -74,6 +68,7 @@ impl DisjointSets {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::weld::sorted_edges;
     use super::*;
     use glam::Vec3;
 
@@ -90,6 +85,13 @@ mod tests {
         };
         square(0.0);
         square(1.0);
+        let large_enough = |mesh: &TriangleMesh, surfaces: &[u32], smallest_m2| {
+            large_enough(
+                mesh,
+                &roots(&sorted_edges(&mesh.triangles), surfaces),
+                smallest_m2,
+            )
+        };
         assert_eq!(large_enough(&mesh, &[0; 4], 0.4), [false; 4]);
         // The same two squares with an edge in common.
         mesh.triangles[2..].copy_from_slice(&[[1, 5, 6], [1, 6, 2]]);

@@ -13,13 +13,19 @@ use crate::scene::edges::{Contact, Edge, EdgeSet, FreeBoundary, NO_EDGE, nearest
 pub(super) struct Joint {
     /// The scene's numbers of the part's surfaces.
     pub(super) surfaces: Arc<[u32]>,
+    /// Border pieces of the part that are panels together with those of others, ascending.
+    pub(super) raised: Vec<u32>,
+    /// Edges of these, ascending.
+    pub(super) raised_edges: Vec<u32>,
     pub(super) edges: JoinedEdges,
     pub(super) rims: JoinedRims,
 }
 
 impl Joint {
     pub(super) fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.surfaces) + self.edges.memory_bytes() + self.rims.memory_bytes()
+        let raised =
+            size_of_val(self.raised.as_slice()) + size_of_val(self.raised_edges.as_slice());
+        size_of_val(&*self.surfaces) + raised + self.edges.memory_bytes() + self.rims.memory_bytes()
     }
 }
 
@@ -97,8 +103,15 @@ impl JoinedEdges {
             .map(|entry| entry.2)
     }
 
-    /// Replaces what is left of some edges, sorted by edge, of a part with `count` edges.
-    pub(super) fn replace(&mut self, count: u32, edges: Vec<(u32, Outcome)>) {
+    /// Drops all contacts of some edges, which are sorted.
+    pub(super) fn drop_contacts_of(&mut self, edges: &[u32]) {
+        self.contacts
+            .retain(|entry| edges.binary_search(&entry.0).is_err());
+    }
+
+    /// Replaces what is left of some edges, sorted by edge, of a part with `count` edges and `border` edges of border pieces.
+    /// All that is left of the latter are further pieces.
+    pub(super) fn replace(&mut self, [count, border]: [u32; 2], edges: Vec<(u32, Outcome)>) {
         let is_renewed = |edge: u32| edges.binary_search_by_key(&edge, |entry| entry.0).is_ok();
         let mut old = Vec::new();
         self.further.retain(|entry| {
@@ -114,13 +127,19 @@ impl JoinedEdges {
                 continue;
             };
             let first = pieces.first().copied().unwrap_or(NO_EDGE);
-            self.changed.push((edge, first));
+            match edge < count {
+                true => self.changed.push((edge, first)),
+                false if pieces.is_empty() => continue,
+                false => self.further.push((edge, edge, first)),
+            }
             for piece in pieces.into_iter().skip(1) {
-                let known = old.iter().find(|entry| entry.2.key == piece.key);
+                let is_same =
+                    |entry: &&(u32, u32, Edge)| entry.0 != entry.1 && entry.2.key == piece.key;
+                let known = old.iter().find(is_same);
                 let number = known.map_or_else(
                     || {
                         self.given += 1;
-                        count + self.given - 1
+                        count + border + self.given - 1
                     },
                     |entry| entry.0,
                 );

@@ -430,8 +430,9 @@ impl Scene {
         large.clear();
         large.extend_from_slice(self.edges().large_surfaces());
         for placed in self.instances.placed() {
-            let own = placed.part.edges().large_surfaces().iter();
-            large.extend(own.map(|&surface| placed.surface_number(surface)));
+            let own = placed.part.edges().large_surfaces().iter().copied();
+            let own = own.chain(placed.raised_surfaces());
+            large.extend(own.map(|surface| placed.surface_number(surface)));
         }
         large.sort_unstable();
         large.dedup();
@@ -503,7 +504,8 @@ fn check_part(part: &Scene) -> Result<()> {
         let problem = "the part has instances of its own";
         return Err(Error::setting("part", problem, advice));
     }
-    let most = part.bvh().triangle_count().max(part.edges().len());
+    let edges = part.edges().len() + part.edges().border().as_slice().len();
+    let most = part.bvh().triangle_count().max(edges);
     let surfaces = part.surfaces().len();
     if most.max(surfaces) > MOST_IN_A_PART {
         let problem = format!("{most} triangles or edges are more than {MOST_IN_A_PART}");

@@ -1,6 +1,5 @@
 //! One instance at its pose: transforms between part and scene, surfaces and bounds in the scene's local coordinates.
 
-use std::collections::BTreeSet;
 use std::ops::Deref;
 use std::sync::Arc;
 
@@ -16,6 +15,9 @@ use crate::scene::surface::Surface;
 use crate::scene::surface::key::instance_key;
 use crate::scene::{Scene, SurfaceSet};
 
+/// Triangles that have bounds together: neighbours in a file are often neighbours in space.
+const BLOCK: usize = 32;
+
 /// A surface of more corners is bounded by its box.
 const MAX_CORNERS: usize = 64;
 
@@ -30,6 +32,8 @@ struct Outline {
     corners: Vec<Vec3>,
     /// Start of each surface's corners, and the end of the list.
     first: Vec<u32>,
+    /// Bounds of every [`BLOCK`] triangles.
+    blocks: Vec<Aabb>,
 }
 
 impl Outline {
@@ -37,11 +41,22 @@ impl Outline {
         let mut corners = Vec::new();
         let mut first = vec![0];
         let set = part.surface_set();
+        let mut own = Vec::new();
         for index in 0..set.surfaces.len() as u32 {
-            corners.extend(corners_of(part, set, index));
+            add_corners_of(part, set, index, &mut own, &mut corners);
             first.push(corners.len() as u32);
         }
-        Self { corners, first }
+        let bounds = |block: &[[u32; 3]]| {
+            let corners = block.iter().flatten();
+            corners.fold(Aabb::EMPTY, |bounds, &vertex| {
+                bounds.with_point(part.mesh.vertices[vertex as usize])
+            })
+        };
+        Self {
+            corners,
+            first,
+            blocks: part.mesh.triangles.chunks(BLOCK).map(bounds).collect(),
+        }
     }
 
     fn corners(&self, surface: usize) -> &[Vec3] {
@@ -49,22 +64,32 @@ impl Outline {
     }
 }
 
-fn corners_of(part: &Scene, set: &SurfaceSet, index: u32) -> Vec<Vec3> {
-    let triangles = set.triangles_of(index).iter();
+/// Adds the distinct corners of a surface, or those of its box if they are many. `own` is scratch memory.
+fn add_corners_of(
+    part: &Scene,
+    set: &SurfaceSet,
+    index: u32,
+    own: &mut Vec<[u32; 3]>,
+    corners: &mut Vec<Vec3>,
+) {
+    own.clear();
+    for &triangle in set.triangles_of(index) {
+        let of_triangle = part.corners_of(triangle);
+        own.extend(of_triangle.map(|corner| corner.to_array().map(f32::to_bits)));
+    }
     // By their bits, for a reproducible order.
-    let distinct: BTreeSet<[u32; 3]> = triangles
-        .flat_map(|&t| part.corners_of(t))
-        .map(|corner| corner.to_array().map(f32::to_bits))
-        .collect();
-    if distinct.len() <= MAX_CORNERS {
-        let corner = |bits: [u32; 3]| Vec3::from_array(bits.map(f32::from_bits));
-        return distinct.into_iter().map(corner).collect();
+    own.sort_unstable();
+    own.dedup();
+    if own.len() <= MAX_CORNERS {
+        let corner = |bits: &[u32; 3]| Vec3::from_array(bits.map(f32::from_bits));
+        corners.extend(own.iter().map(corner));
+        return;
     }
     let surface = &set.surfaces[index as usize];
     let (low, high) = (surface.bounds_min, surface.bounds_max);
     let corner =
         |n: u32| Vec3::select(glam::BVec3::new(n & 1 > 0, n & 2 > 0, n & 4 > 0), low, high);
-    (0..8).map(corner).collect()
+    corners.extend((0..8).map(corner));
 }
 
 /// The surfaces of an instance: copies of a scene have their own of a part that moves, and share those of a joined part.
@@ -237,9 +262,110 @@ impl PlacedInstance {
         }
     }
 
-    /// The same by its index.
+    /// The same by its index, in the part's own coordinates and of its own surfaces; those of border pieces come after the others.
+    pub(super) fn own_edge(&self, index: u32) -> &Edge {
+        let edges = self.part.edges();
+        match edges.as_slice().get(index as usize) {
+            Some(edge) => edge,
+            None => &edges.border().as_slice()[index as usize - edges.len()],
+        }
+    }
+
+    /// [`Self::edge`] by its index.
     pub(super) fn committed_edge(&self, index: u32) -> Edge {
-        self.edge(self.part.edges().get(index))
+        self.edge(self.own_edge(index))
+    }
+
+    /// Numbers of its own edges and of those of its border pieces.
+    pub(super) fn edge_counts(&self) -> [u32; 2] {
+        let edges = self.part.edges();
+        [edges.len(), edges.border().as_slice().len()].map(|count| count as u32)
+    }
+
+    /// Whether a border piece is a panel together with other parts.
+    #[inline]
+    pub(super) fn is_raised(&self, piece: u32) -> bool {
+        let joint = self.joint.as_ref();
+        joint.is_some_and(|joint| joint.raised.binary_search(&piece).is_ok())
+    }
+
+    /// Whether an edge is one, by the panels of its faces.
+    pub(super) fn is_edge(&self, index: u32) -> bool {
+        let raised = self.raised_edges();
+        index < self.edge_counts()[0] || raised.binary_search(&index).is_ok()
+    }
+
+    /// Edges of raised border pieces, ascending.
+    pub(super) fn raised_edges(&self) -> &[u32] {
+        let joint = self.joint.as_ref();
+        joint.map_or(&[], |joint| &joint.raised_edges)
+    }
+
+    /// Edges of border pieces of which any counts, ascending.
+    pub(super) fn edges_of_pieces(&self, counts: impl Fn(u32) -> bool) -> Vec<u32> {
+        let [count, border] = self.edge_counts();
+        let edges = self.part.edges().border();
+        let mut numbers: Vec<u32> = (count..count + border).collect();
+        numbers.retain(|edge| edges.pieces_of((edge - count) as usize).any(&counts));
+        numbers
+    }
+
+    /// Triangles of the part in a box in its coordinates, and others beside them.
+    pub(super) fn triangles_near(&self, low: DVec3, high: DVec3) -> impl Iterator<Item = u32> + '_ {
+        let count = self.part.mesh.triangles.len();
+        let blocks = self.outline.blocks.iter().enumerate();
+        let near = blocks.filter(move |(_, bounds)| {
+            bounds.min.as_dvec3().cmple(high).all() && bounds.max.as_dvec3().cmpge(low).all()
+        });
+        near.flat_map(move |(block, _)| {
+            let first = block * BLOCK;
+            first as u32..(first + BLOCK).min(count) as u32
+        })
+    }
+
+    /// Surfaces of raised border pieces.
+    pub(super) fn raised_surfaces(&self) -> impl Iterator<Item = u32> + '_ {
+        let raised = self.joint.iter().flat_map(|joint| &joint.raised);
+        let pieces = self.part.surface_set().border().as_slice();
+        raised.map(|&piece| pieces[piece as usize].surface)
+    }
+
+    /// Calls `visit` with every edge in a box in the part's coordinates.
+    pub(super) fn visit_edges(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(u32)) {
+        self.part.edges().visit_box(low, high, &mut visit);
+        for &number in self.raised_edges() {
+            let edge = self.own_edge(number);
+            let (from, to) = (edge.origin, edge.at(edge.length_m));
+            if from.min(to).cmple(high).all() && from.max(to).cmpge(low).all() {
+                visit(number);
+            }
+        }
+    }
+
+    /// Whether a surface of the part mirrors at a point, both in the part's numbers and coordinates.
+    #[inline]
+    pub(super) fn mirrors_at(&self, local: u32, point: DVec3) -> bool {
+        self.part.reflects_at(local, point) || self.is_in_raised_piece(local, point)
+    }
+
+    fn is_in_raised_piece(&self, local: u32, point: DVec3) -> bool {
+        let Some(joint) = self.joint.as_ref().filter(|joint| !joint.raised.is_empty()) else {
+            return false;
+        };
+        let set = self.part.surface_set();
+        let pieces = set.border().of_surface(local);
+        let first = joint.raised.partition_point(|piece| *piece < pieces.start);
+        let raised = joint.raised[first..].iter();
+        let mut raised = raised.take_while(|piece| **piece < pieces.end);
+        raised.any(|&piece| set.border_piece_holds(piece, point))
+    }
+
+    /// Whether a triangle of the part is of a panel.
+    #[inline]
+    pub(super) fn is_panel(&self, local: u32) -> bool {
+        let piece = || self.part.surface_set().border().of_triangle(local);
+        self.part.is_panel(local)
+            || self.joint.is_some() && piece().is_some_and(|piece| self.is_raised(piece))
     }
 
     /// An edge by its number in the part, as joining has left it, in the scene's coordinates.
@@ -344,6 +470,7 @@ impl PlacedInstance {
             + self.joint.as_ref().map_or(0, |joint| joint.memory_bytes())
             + size_of_val(self.outline.corners.as_slice())
             + size_of_val(self.outline.first.as_slice())
+            + size_of_val(self.outline.blocks.as_slice())
     }
 }
 

@@ -417,7 +417,7 @@ impl Scene {
                 && placed.part.reflects_at(local, placed.point(point));
         }
         let mut members = self.instances.members_at(surface, point, NEAR_M);
-        members.any(|(placed, member)| placed.part.reflects_at(member.local, placed.point(point)))
+        members.any(|(placed, member)| placed.mirrors_at(member.local, placed.point(point)))
     }
 
     #[inline(never)]
@@ -450,7 +450,7 @@ impl Scene {
     #[inline(never)]
     pub(crate) fn instance_is_panel(&self, triangle: u32) -> bool {
         self.instances.of(triangle).is_some_and(|(placed, local)| {
-            placed.part.has_triangle(local) && placed.part.is_panel(local)
+            placed.part.has_triangle(local) && placed.is_panel(local)
         })
     }
 

@@ -36,6 +36,8 @@ pub(in crate::scene::committed::instances) struct Member {
     low: Vec3,
     high: Vec3,
     area_m2: f64,
+    /// Whether any piece of it is a panel.
+    has_panel: bool,
 }
 
 impl Member {
@@ -72,12 +74,14 @@ impl CommonSurface {
             area_m2 += member.area_m2;
         }
         let count = self.members.len() as u32;
+        let with_panel = self.members.iter().filter(|member| member.has_panel);
+        let panels = with_panel.count() as u32;
         self.surface = Surface {
             area_m2,
             bounds_min: low,
             bounds_max: high,
             triangle_count: count,
-            panel_triangle_count: count,
+            panel_triangle_count: panels,
             ..self.surface
         };
     }
@@ -159,6 +163,7 @@ impl CommonSurfaces {
             low: own.bounds_min,
             high: own.bounds_max,
             area_m2: own.area_m2,
+            has_panel: own.panel_triangle_count > 0,
         };
         let rank = common
             .members
@@ -166,6 +171,19 @@ impl CommonSurfaces {
         common.members.insert(rank, member);
         common.sum_up();
         Some(numbering::common(index))
+    }
+
+    /// Notes whether any piece of a member is a panel.
+    pub(super) fn set_panel(&mut self, number: u32, slot: usize, has_panel: bool) {
+        let index = numbering::as_common(number).map(|index| index as usize);
+        let common = index.and_then(|index| self.list.get_mut(index)?.as_mut());
+        if let Some(common) = common.map(Arc::make_mut) {
+            let members = common.members.iter_mut();
+            for member in members.filter(|member| usize::from(member.slot) == slot) {
+                member.has_panel = has_panel;
+            }
+            common.sum_up();
+        }
     }
 
     /// Removes the member of a slot; the surface ends with its last member.

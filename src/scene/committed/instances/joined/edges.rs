@@ -32,9 +32,7 @@ const CLEARANCE_M: f64 = 5e-3;
 pub(super) fn edges_near(part: &PlacedInstance, other: &PlacedInstance) -> Vec<u32> {
     let mut found = Vec::new();
     let (low, high) = part.local_box(&other.bounds, GAP_M);
-    part.part
-        .edges()
-        .visit_box(low, high, |edge| found.push(edge));
+    part.visit_edges(low, high, |edge| found.push(edge));
     found.sort_unstable();
     found
 }
@@ -45,13 +43,19 @@ pub(super) fn contacts_with(
     edges: &[u32],
     other: &PlacedInstance,
 ) -> Vec<(u32, Contact)> {
-    let all = part.part.edges().as_slice();
     let moved: Vec<Edge> = edges
         .iter()
-        .map(|&edge| other.to_local(&part.edge(&all[edge as usize])))
+        .map(|&edge| other.to_local(&part.committed_edge(edge)))
         .collect();
     let mesh = &other.part.mesh;
-    let found = contacts(&moved, &mesh.vertices, &mesh.triangles, &mesh.surfaces);
+    let near = |low, high| other.triangles_near(low, high);
+    let found = contacts(
+        &moved,
+        &mesh.vertices,
+        &mesh.triangles,
+        &mesh.surfaces,
+        near,
+    );
     let named = found.into_iter().map(|(edge, contact)| {
         let surface = other.surface_number(contact.surface);
         (edges[edge as usize], Contact { surface, ..contact })
@@ -82,6 +86,9 @@ pub(super) fn resolve(
     let Some(placed) = instances.at(slot) else {
         return Outcome::Unchanged;
     };
+    if !placed.is_edge(edge) {
+        return Outcome::Changed(Vec::new());
+    }
     let whole = placed.committed_edge(edge);
     let near = rests_near(instances, &whole, neighbours);
     let mut left = Vec::new();
@@ -115,7 +122,8 @@ pub(super) fn resolve(
         && piece.length_m == whole.length_m
         && (piece.n, piece.faces) == (whole.n, whole.faces)
     {
-        return match piece.free_ends == whole.free_ends {
+        let is_own = edge < placed.edge_counts()[0];
+        return match is_own && piece.free_ends == whole.free_ends {
             true => Outcome::Unchanged,
             false => Outcome::Changed(vec![placed.to_local(piece)]),
         };
@@ -139,7 +147,7 @@ fn rests_near(instances: &Instances, edge: &Edge, neighbours: &Neighbours) -> Ve
             continue;
         };
         let (low, high) = other.local_bounds_of([a, b], GAP_M);
-        other.part.edges().visit_box(low, high, |index| {
+        other.visit_edges(low, high, |index| {
             let line = other.committed_edge(index);
             if line.direction.dot(edge.direction).abs() > SAME_LINE {
                 near.extend(rest(other, index).into_iter().map(|piece| (slot, piece)));

@@ -5,16 +5,20 @@
 //! the boundaries at which its surfaces go on ([`rims`]). Adding or removing a part renews only what lies in its bounds:
 //! the numbers and keys of everything else stay. Control side; all queries are wait-free. Own.
 //!
-//! Not joined: curved surfaces, which only scatter in a part; rough regions, which each part flattens on its own planes;
-//! panels below the least area on each side of a border; and the fixed part.
+//! Small pieces of a part at its bounds are panels together with those that they touch ([`pieces`]).
+//!
+//! Not joined: curved surfaces, which only scatter in a part; rough regions, which each part flattens on its own planes; and
+//! the fixed part.
 
 pub(super) mod common;
 mod edges;
+mod pieces;
 mod rims;
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::geometry::Aabb;
 use crate::scene::Scene;
@@ -30,6 +34,15 @@ const RIM: f64 = 1.999;
 
 /// Distance in metres from a part's bounds at which a surface may go on.
 const AT_BOUNDS_M: f32 = 5e-3;
+
+/// What has to be found out again.
+#[derive(Default)]
+struct Renewal {
+    /// Edges, by slot.
+    edges: BTreeMap<usize, BTreeSet<u32>>,
+    /// Slots of parts whose boundaries have to be renewed, and of those beside which.
+    beside: BTreeSet<(usize, usize)>,
+}
 
 /// The joined parts around one, with their bounds.
 pub(super) struct Neighbours {
@@ -120,11 +133,22 @@ impl Instances {
         if let Some(placed) = self.slots[slot].placed.as_mut() {
             placed.joint = Some(Arc::new(Joint {
                 surfaces: surfaces.into(),
+                raised: Vec::new(),
+                raised_edges: Vec::new(),
                 edges: JoinedEdges::default(),
                 rims: JoinedRims::default(),
             }));
         }
-        self.renew_around(slot, &placed, centre, true);
+        let raised = self.pieces_to_raise(slot);
+        for (&at, pieces) in &raised {
+            self.mark_pieces(at, pieces, true);
+        }
+        let mut renewal = Renewal::default();
+        self.renew_beside(slot, &placed, true, &mut renewal);
+        for (&at, pieces) in &raised {
+            self.renew_edges_of(at, pieces, &mut renewal);
+        }
+        self.resolve_all(&renewal, None, centre);
     }
 
     /// Undoes what joining with a part that has been removed had changed.
@@ -136,14 +160,28 @@ impl Instances {
         for &number in joint.surfaces.iter() {
             common.leave(number, slot);
         }
-        self.renew_around(slot, removed, centre, false);
+        let lowered = self.pieces_to_lower(slot, removed);
+        let mut renewal = Renewal::default();
+        self.renew_beside(slot, removed, false, &mut renewal);
+        for (&at, pieces) in &lowered {
+            self.mark_pieces(at, pieces, false);
+            self.renew_edges_of(at, pieces, &mut renewal);
+        }
+        self.resolve_all(&renewal, Some((slot, removed)), centre);
     }
 
-    /// Renews edges and boundaries of a part that has come or gone, and its neighbours' in its bounds.
-    fn renew_around(&mut self, slot: usize, part: &PlacedInstance, centre: DVec3, is_new: bool) {
+    /// Renews contacts of a part that has come or gone and of its neighbours in its bounds.
+    fn renew_beside(
+        &mut self,
+        slot: usize,
+        part: &PlacedInstance,
+        is_new: bool,
+        renewal: &mut Renewal,
+    ) {
         let near = Neighbours::of(self, slot, &part.bounds);
-        let mut renewed: Vec<(usize, Vec<u32>)> = Vec::new();
-        let mut own = Vec::new();
+        if is_new {
+            renewal.edges.entry(slot).or_default();
+        }
         for &(other, _) in &near.list {
             let Some(neighbour) = self.at(other) else {
                 continue;
@@ -156,7 +194,8 @@ impl Instances {
                     contacts_with(present, &ours, neighbour),
                     contacts_with(neighbour, &theirs, present),
                 ];
-                own.extend(ours);
+                renewal.edges.entry(slot).or_default().extend(ours);
+                renewal.beside.insert((slot, other));
             }
             let [ours, of_neighbour] = contacts;
             self.change_joint(slot, |joint| joint.edges.add_contacts(other, ours));
@@ -164,14 +203,49 @@ impl Instances {
                 true => joint.edges.add_contacts(slot, of_neighbour),
                 false => joint.edges.drop_contacts(slot),
             });
-            renewed.push((other, theirs));
+            renewal.edges.entry(other).or_default().extend(theirs);
+            renewal.beside.insert((other, slot));
         }
-        own.sort_unstable();
-        own.dedup();
-        if is_new {
-            renewed.push((slot, own));
+    }
+
+    /// Renews the edges of border pieces of a part that are panels now, or no longer: their contacts, and what they change about
+    /// the neighbours' edges.
+    fn renew_edges_of(&mut self, slot: usize, pieces: &[u32], renewal: &mut Renewal) {
+        let Some(placed) = self.at(slot).cloned() else {
+            return;
+        };
+        let mut edges = placed.edges_of_pieces(|piece| pieces.contains(&piece));
+        renewal.edges.entry(slot).or_default().extend(&edges);
+        self.change_joint(slot, |joint| joint.edges.drop_contacts_of(&edges));
+        edges.retain(|edge| placed.is_edge(*edge));
+        let bounds: Vec<[DVec3; 2]> = pieces.iter().map(|&p| placed.bounds_of_piece(p)).collect();
+        for (other, around) in Neighbours::of(self, slot, &placed.bounds).list {
+            let [least, greatest] = [around.min, around.max].map(Vec3::as_dvec3);
+            let is_near = |[low, high]: &[DVec3; 2]| {
+                low.cmple(greatest + REACH_M).all() && high.cmpge(least - REACH_M).all()
+            };
+            if !bounds.iter().any(is_near) {
+                continue;
+            }
+            let Some(neighbour) = self.at(other).cloned() else {
+                continue;
+            };
+            let theirs = edges_near(&neighbour, &placed);
+            renewal.edges.entry(other).or_default().extend(theirs);
+            renewal.beside.extend([(slot, other), (other, slot)]);
+            let found = contacts_with(&placed, &edges, &neighbour);
+            self.change_joint(slot, |joint| joint.edges.add_contacts(other, found));
         }
-        for (at, edges) in renewed {
+    }
+
+    /// Finds out what is left of edges and boundaries.
+    fn resolve_all(
+        &mut self,
+        renewal: &Renewal,
+        removed: Option<(usize, &PlacedInstance)>,
+        centre: DVec3,
+    ) {
+        for (&at, edges) in &renewal.edges {
             let Some(placed) = self.at(at) else {
                 continue;
             };
@@ -183,17 +257,13 @@ impl Instances {
                 .iter()
                 .map(|&edge| (edge, resolve(self, at, edge, &around, centre)));
             let resolved = resolved.collect();
-            joint
-                .edges
-                .replace(placed.part.edges().len() as u32, resolved);
+            joint.edges.replace(placed.edge_counts(), resolved);
             // A new part's boundaries are renewed beside each neighbour.
-            for other in near.list.iter().filter_map(|(other, _)| self.at(*other)) {
-                match at == slot {
-                    true => rims::renew(&mut joint.rims, self, placed, other, &around),
-                    false => {
-                        rims::renew(&mut joint.rims, self, placed, part, &around);
-                        break;
-                    }
+            let beside = renewal.beside.range((at, 0)..=(at, usize::MAX));
+            for &(_, other) in beside {
+                let gone = removed.filter(|(slot, _)| *slot == other);
+                if let Some(other) = gone.map(|(_, part)| part).or_else(|| self.at(other)) {
+                    rims::renew(&mut joint.rims, self, placed, other, &around);
                 }
             }
             if let Some(placed) = self.slots[at].placed.as_mut() {
@@ -231,6 +301,9 @@ fn may_go_on(part: &Scene) -> Vec<u32> {
         let high = surface.bounds_max.cmpgt(bounds.max - AT_BOUNDS_M);
         *may |= low.any() || high.any();
         *may &= surface.panel_triangle_count > 0;
+    }
+    for piece in part.surface_set().border().as_slice() {
+        may[piece.surface as usize] = true;
     }
     let indices = 0..surfaces.len() as u32;
     indices.filter(|&s| may[s as usize]).collect()

@@ -30,13 +30,20 @@ pub(super) fn renew(
         let [a, b] = ends;
         a.min(b).cmple(high).all() && a.max(b).cmpge(low).all()
     };
-    for surface in 0..placed.part.surfaces().len() as u32 {
-        let committed = edges.boundaries_of(surface);
-        if !committed.iter().any(is_near) {
-            continue;
-        }
+    let of_edge = |edge: &u32| edges.border().boundaries_of(*edge as usize - edges.len());
+    let of_pieces = || placed.raised_edges().iter().flat_map(of_edge);
+    let before = rims.boundaries.iter().flat_map(|entry| entry.1.iter());
+    let near = before.filter(|b| is_near(b)).map(|b| b.surface);
+    let all = edges.all_boundaries().iter().chain(of_pieces());
+    let near = near.chain(all.filter(|b| is_near(b)).map(|b| b.surface));
+    let mut surfaces: Vec<u32> = near.collect();
+    surfaces.sort_unstable();
+    surfaces.dedup();
+    for surface in surfaces {
+        let committed = edges.boundaries_of(surface).iter();
+        let own = committed.chain(of_pieces().filter(|b| b.surface == surface));
         let mut rest = Vec::new();
-        for boundary in committed {
+        for boundary in own {
             let across = across_of(placed, boundary);
             boundary.add_rest(&mut rest, |point, side| {
                 let sign = [1.0, -1.0][side];
@@ -70,9 +77,7 @@ fn across_of(placed: &PlacedInstance, boundary: &FreeBoundary) -> DVec3 {
     let surface = &placed.part.surfaces()[boundary.surface as usize];
     let across = surface.normal.cross(boundary.direction);
     let middle = boundary.origin + 0.5 * boundary.length_m * boundary.direction;
-    let is_inside = placed
-        .part
-        .reflects_at(boundary.surface, middle + ASIDE_M * across);
+    let is_inside = placed.mirrors_at(boundary.surface, middle + ASIDE_M * across);
     if is_inside { -across } else { across }
 }
 
@@ -115,7 +120,7 @@ fn goes_on(
             [across, -across].into_iter().any(|aside| {
                 let beside = (at.as_dvec3() + ASIDE_M * aside).as_vec3();
                 let beside = other.point(placed.to_scene(beside));
-                other.part.reflects_at(member.local, beside)
+                other.mirrors_at(member.local, beside)
             })
         })
     })
