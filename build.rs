@@ -9,6 +9,8 @@ fn main() {
     println!("cargo:rustc-link-arg=-Wl,-z,max-page-size=16384");
     // A name that nobody has fails here and not on somebody's phone.
     println!("cargo:rustc-link-arg=-Wl,-z,defs");
+    // 14 kB of relocations instead of 110; Android reads them since version 6.
+    println!("cargo:rustc-link-arg=-Wl,--pack-dyn-relocs=android");
     // oboe-sys links c++_static alone, where operators new and delete are not.
     println!("cargo:rustc-link-lib=c++abi");
 }

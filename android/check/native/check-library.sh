@@ -3,8 +3,9 @@
 # Usage: check-library.sh LIBRARY; the last line is the figures.
 set -euo pipefail
 library=${1:?library}
-# HRTF sets are data of this many bytes; the limit is for the code.
-most_bytes=$((3 * 1024 * 1024))
+# HRTF sets are data of this many bytes; the limit is for the code, against growth that nobody notices. It was 3 MiB before SOFA
+# files were read (hdf5-pure and rustfft: 0.8 MB), which is still the aim.
+most_bytes=$((4 * 1024 * 1024 + 512 * 1024))
 here=$(cd "$(dirname "$0")" && pwd)
 hrtf_bytes=$(cat "$here"/../../../assets/hrtf/*.hrtf | wc -c)
 bad=0
