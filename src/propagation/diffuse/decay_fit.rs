@@ -165,23 +165,24 @@ fn quantile(values: &[BandArray], share: &[f32], band: usize, wanted: f32) -> f6
     found.map_or(0.0, |index| f64::from(values[*index][band]))
 }
 
-/// Decay per time step in the second half of the audible range, of the largest energy that is still to come: in the open a few
-/// echoes arrive with gaps between them, and the last one is no sign of energy that grows. Where it is the only one in that half,
-/// the fit starts with the one before.
+/// Decay per time step in the second half of the audible range. In the open a few echoes arrive there with gaps between them, and
+/// the last one is no sign of energy that grows: with gaps the line goes through the largest energy that is still to come, and
+/// from the echo before on where the last one is the only one in that half.
 fn slow_slope(energy: &[BandArray; STEPS], band: usize) -> Option<f64> {
     let peak = energy.iter().map(|energy| energy[band]).fold(0.0, f32::max);
     let is_audible = |energy: &BandArray| energy[band] > SLOW_RANGE * peak;
     let end = 1 + energy.iter().rposition(is_audible)?;
-    let mut bound = [0.0; STEPS];
-    let mut largest = 0.0f32;
-    for step in (0..end).rev() {
-        largest = largest.max(energy[step][band]);
-        bound[step] = largest;
-    }
     let half = (SLOW_START * end as f32) as usize;
-    let falls = |step: &usize| bound[*step] > bound[end - 1];
+    let mut levels = energy.map(|energy| energy[band]);
+    if energy[half..end].iter().all(is_audible) {
+        return slope(&levels[half..end]);
+    }
+    for step in (1..end).rev() {
+        levels[step - 1] = levels[step - 1].max(levels[step]);
+    }
+    let falls = |step: &usize| levels[*step] > levels[end - 1];
     let first = (0..=half).rev().find(falls).unwrap_or(half);
-    slope(&bound[first..end])
+    slope(&levels[first..end])
 }
 
 /// Fall of a least-squares line through the logarithm, per time step.
