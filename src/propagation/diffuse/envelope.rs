@@ -8,7 +8,7 @@
 //!
 //! Decays of similar lengths can replace each other, and least squares alone gives all energy to one of them, another one for
 //! a little noise; each sounds through lines of its own. The fit therefore multiplies from a start in which all have a share,
-//! slow decays a larger one, and ends before it is exact ([DAUBE86], image space reconstruction): the result is a smooth
+//! slow decays a larger one, and ends before it is exact (image space reconstruction, \[DAUBE86\]): the result is a smooth
 //! function of the arrivals.
 
 use crate::acoustics::bands::exp_neg;
