@@ -5,6 +5,8 @@
 
 mod collect;
 mod field;
+mod guide;
+mod guide_origins;
 mod listeners;
 mod outsiders;
 
@@ -12,20 +14,21 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
+use self::guide::{GuideCasts, GuideShare};
+use self::guide_origins::GuideOrigins;
 use self::outsiders::Outsiders;
 use crate::error::Result;
 use crate::propagation::diffuse::{FieldRenewal, ListenerField, SceneField, VisibilityCells};
-use crate::propagation::image_source::discovery_history::{DiscoveryHistory, MAX_AGE};
+use crate::propagation::image_source::discovery_history::{
+    DiscoveryHistory, GuideCast, MAX_AGE, Visit,
+};
 use crate::propagation::image_source::expansion::{MAX_CANDIDATES, expand};
 use crate::propagation::image_source::nearby_gate::NearbyGate;
-use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::image_source::window_cull::{CandidateCull, CullViews};
 use crate::propagation::path::{PathId, PathSet};
 use crate::propagation::quality_level::PropagationQuality;
-use crate::propagation::rays::directions::{ROTATIONS, fill_lattice, lattice, rotation};
-use crate::propagation::rays::guide_rays::GuideRays;
-use crate::propagation::rays::prefix_set::PrefixSet;
+use crate::propagation::rays::directions::{ROTATIONS, fill_lattice, lattice};
 use crate::propagation::scene_revision::SceneRevision;
 use crate::propagation::settings::PropagationSettings;
 use crate::propagation::source_task::{
@@ -44,24 +47,6 @@ const MAX_LISTENERS: usize = 16;
 /// Updates without motion of an instance after which the late field is traced anew: less than a cycle of rotations.
 const UPDATES_AT_REST: u64 = 4;
 
-/// One share of the guide rays. Aligned to two cache lines: threads write to neighbouring ones.
-#[derive(Debug)]
-#[repr(align(128))]
-struct GuideShare {
-    prefixes: PrefixSet,
-    found: Vec<Sequence>,
-    rays: u64,
-}
-
-impl GuideShare {
-    fn trace(&mut self, scene: &Scene, rays: &GuideRays<'_>, index: usize) {
-        self.found.clear();
-        let range = share_range(index, rays.directions.len());
-        let (prefixes, found) = (&mut self.prefixes, &mut self.found);
-        self.rays = rays.trace_with(prefixes, scene, range, |sequence| found.push(sequence));
-    }
-}
-
 /// What depends on the listener, while it is the turn of others.
 #[derive(Debug, Default)]
 struct ListenerState {
@@ -69,8 +54,7 @@ struct ListenerState {
     field: ListenerField,
     predicted: Vec<PredictedPosition>,
     history: DiscoveryHistory,
-    /// Sequences that its guide rays hit in its last turn.
-    found: Vec<Sequence>,
+    guide_origins: GuideOrigins,
 }
 
 /// Computes path sets of one scene. One thread owns it and makes one call at a time.
@@ -137,6 +121,7 @@ pub struct Propagator {
     shares: Vec<GuideShare>,
     guide: SequenceSet,
     history: DiscoveryHistory,
+    guide_origins: GuideOrigins,
     nearby_m: Option<f64>,
     /// Of the next update.
     scope: UpdateScope,
@@ -163,11 +148,6 @@ impl Propagator {
         let count = settings.guide_rays;
         let sequences = (count as usize).div_ceil(SHARES) * settings.depth;
         let capacity = (SHARES * sequences).max(DiscoveryHistory::CAPACITY);
-        let share = |_| GuideShare {
-            prefixes: PrefixSet::with_capacity(sequences),
-            found: Vec::with_capacity(sequences),
-            rays: 0,
-        };
         Ok(Self {
             scene,
             is_scene_touched: true,
@@ -191,9 +171,12 @@ impl Propagator {
             guide_directions: lattice(count),
             few_directions: Vec::new(),
             source_directions: lattice(settings.source_rays),
-            shares: (0..SHARES).map(share).collect(),
+            shares: (0..SHARES)
+                .map(|_| GuideShare::with_capacity(sequences))
+                .collect(),
             guide: SequenceSet::with_capacity(capacity),
             history: DiscoveryHistory::default(),
+            guide_origins: GuideOrigins::default(),
             nearby_m: None,
             scope: UpdateScope::default(),
             candidates: (0..SHARES)
@@ -329,9 +312,7 @@ impl Propagator {
         let scope = std::mem::take(&mut self.scope);
         let depth = scope.depth(self.active_settings.depth);
         let most = self.guide_directions.len() as u32;
-        // Listeners share the guide rays.
-        let share = most.div_ceil(listeners as u32);
-        let count = scope.guide_rays.map_or(share, |count| count.min(share));
+        let count = scope.guide_rays.map_or(most, |count| count.min(most));
         let guide_directions = match count < most {
             true => {
                 if self.few_directions.len() != count as usize {
@@ -376,40 +357,42 @@ impl Propagator {
             scope: &scope,
             depth,
         };
-        let guide_rays = GuideRays {
-            origin: ear,
-            rotation: rotation(self.round, self.active_settings.seed),
-            directions: guide_directions,
-            depth,
-        };
+        cell_rays += self.guide_origins.renew(scene, ear.as_vec3(), scene_state);
+        let guide_casts = GuideCasts::due(
+            (&self.history, &self.guide_origins),
+            self.round,
+            GuideCast {
+                scene_state,
+                rays: count,
+                depth,
+                ..GuideCast::default()
+            },
+            (guide_directions, self.active_settings.seed),
+        );
         // Sources first: each is a larger piece of work than a share of the guide rays.
         workers.for_both(
             (&mut self.tasks[..sources.len()], &mut self.shares),
             &mut self.scratch,
             |index, task, scratch| task.trace(&context, index, &sources[index], scratch),
-            |index, share, _| share.trace(scene, &guide_rays, index),
+            |index, share, _| share.trace(scene, guide_casts.rays(), index),
         );
-        self.guide.clear();
-        for sequence in self.shares.iter().flat_map(|share| &share.found) {
-            self.guide.insert(*sequence);
-        }
-        share_discoveries(
-            (scene, depth),
-            self.listener,
-            &mut self.listeners,
-            &mut self.guide,
-        );
-        let most = scope.max_candidates.unwrap_or(MAX_CANDIDATES);
-        let limit = match self.nearby_m {
-            Some(_) => DiscoveryHistory::CAPACITY,
-            None => most,
+        // After a jump few rays are cast, which stand for no rotation.
+        let is_whole = count == most && depth == self.active_settings.depth;
+        let visit = Visit {
+            update: self.update,
+            listener: ear.as_vec3(),
         };
+        guide_casts.remember(&self.shares, is_whole, visit, &mut self.history);
+        self.guide.clear();
+        let limit = scope.max_candidates;
         self.history.merge(
             scene,
-            (self.update, listeners * MAX_AGE),
-            (limit, depth),
+            visit,
+            (self.resting_since.1, listeners * MAX_AGE),
+            (limit.unwrap_or(DiscoveryHistory::CAPACITY), depth),
             &mut self.guide,
         );
+        let most = limit.unwrap_or(MAX_CANDIDATES);
         expand(scene, self.round, (depth, most), &mut self.guide);
         let sequences = self.guide.entries();
         self.source_positions.clear();
@@ -480,26 +463,4 @@ impl Propagator {
 /// Range of share `index` of `count` items.
 fn share_range(index: usize, count: usize) -> std::ops::Range<usize> {
     index * count / SHARES..(index + 1) * count / SHARES
-}
-
-/// Keeps what the guide rays of a listener's turn hit, and adds what those of the others hit in their last turns.
-fn share_discoveries(
-    (scene, depth): (&Scene, usize),
-    listener: usize,
-    listeners: &mut [ListenerState],
-    guide: &mut SequenceSet,
-) {
-    let Some(own) = listeners.get_mut(listener) else {
-        return;
-    };
-    own.found.clear();
-    own.found.extend_from_slice(guide.entries());
-    for (index, other) in listeners.iter().enumerate() {
-        if index == listener {
-            continue;
-        }
-        for sequence in other.found.iter().filter(|found| found.len() <= depth) {
-            guide.insert(sequence.renewed(scene));
-        }
-    }
 }

@@ -78,7 +78,7 @@ pub fn stable_viewpoint(scene: &Scene, source: DVec3, rotation: u64, rays: &mut 
 }
 
 /// The centre of the largest of a group's cells, of the edge lengths `cells_m`, that is visible from a position.
-fn find_viewpoint(
+pub(crate) fn find_viewpoint(
     scene: &Scene,
     position: Vec3,
     group: usize,

@@ -1,8 +1,11 @@
-//! Sequences that guide rays hit in recent updates: sixteen rotations find more than one.
+//! Sequences that the guide rays of all rotations hit, and those of cells that the listener has left.
 //!
-//! Only some rotations have a ray through a small opening. A sequence remains possible while the listener is near: recent
-//! ones are tried again while there is capacity. The result then depends less on the present rotation, and few updates find
-//! nearly as much as many. Own.
+//! Only some rotations have a ray through a small opening, so all of them are remembered. Rays of a rotation start at a point
+//! that is the same all over a cell (`propagator/guide_origins.rs`): they are cast when the listener enters it, and what they hit
+//! depends on its position and not on the number of updates. A sequence remains possible for some metres after the cell is
+//! left. Own.
+
+use glam::Vec3;
 
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
@@ -10,7 +13,11 @@ use crate::propagation::rays::directions::ROTATIONS;
 use crate::scene::Scene;
 use crate::simd::prefetch;
 
-/// Updates of a listener for which a sequence is kept after rays hit it: four times the number of rotations.
+/// Distance in metres that a listener may walk before a sequence is dropped which the last rotation that hit it has lost. The
+/// rays cast on four metres are twice those of all rotations.
+const KEPT_M: f32 = 4.0;
+
+/// Updates of a listener for which such a sequence is kept after a change of the scene: four times the number of rotations.
 pub(crate) const MAX_AGE: u64 = 4 * ROTATIONS;
 
 /// Entries: those that are kept, and as many that one update may add before it drops others.
@@ -29,18 +36,43 @@ struct Entry {
     home: u32,
 }
 
-/// Sequences with the update in which guide rays last hit them. Fixed memory.
+/// What the rays of a rotation depend on.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct GuideCast {
+    pub(crate) origin: Vec3,
+    pub(crate) scene_state: u64,
+    pub(crate) rays: u32,
+    pub(crate) depth: usize,
+}
+
+/// When and where rays are cast.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Visit {
+    /// The update's number.
+    pub update: u64,
+    /// Position of the listener in local coordinates.
+    pub listener: Vec3,
+}
+
+/// Sequences with the rotations whose rays hit them. Fixed memory.
 #[derive(Debug)]
 pub struct DiscoveryHistory {
     /// An entry keeps its number while it is in use.
     entries: Vec<Entry>,
-    /// Of each entry the last update that hit it. Separate, since every update reads all of them.
+    /// One bit for each rotation whose last rays hit the entry. Separate, since every update reads all of them.
+    rotations: Vec<u16>,
+    /// Of each entry the last update in which rays hit it or a rotation lost it, and the listener then.
     last_met: Vec<u64>,
+    met_at: Vec<Vec3>,
+    /// Of each entry the update that put it into the order.
+    listed_in: Vec<u64>,
+    /// The last rays of each rotation.
+    casts: [Option<GuideCast>; ROTATIONS as usize],
     /// Numbers of unused entries.
     unused: Vec<u32>,
     /// Numbers of entries, the most recent first.
     order: Vec<u32>,
-    /// The next order while it is made.
+    /// Those that this update has hit, then the next order.
     next: Vec<u32>,
     /// Entry numbers plus one by hash, with linear probing; 0 is free.
     table: Vec<u32>,
@@ -50,58 +82,110 @@ impl Default for DiscoveryHistory {
     fn default() -> Self {
         Self {
             entries: vec![Entry::default(); ENTRIES],
+            rotations: vec![0; ENTRIES],
             last_met: vec![0; ENTRIES],
+            met_at: vec![Vec3::ZERO; ENTRIES],
+            listed_in: vec![u64::MAX; ENTRIES],
+            casts: [None; ROTATIONS as usize],
             unused: (0..ENTRIES as u32).rev().collect(),
-            order: Vec::with_capacity(Self::CAPACITY),
-            next: Vec::with_capacity(Self::CAPACITY),
+            order: Vec::with_capacity(ENTRIES),
+            next: Vec::with_capacity(ENTRIES),
             table: vec![0; SLOTS],
         }
     }
 }
 
 impl DiscoveryHistory {
-    /// Most sequences that are kept, and that an update with nearby paths tries
-    /// ([`crate::propagation::Propagator::set_nearby_radius`]).
+    /// Most sequences that are kept, and that an update tries. In a concert hall sixteen rotations hit about 5,000.
     pub const CAPACITY: usize = 4096;
 
-    /// Stores the sequences of `guide`, which rays hit in this update, and appends those of earlier ones, up to `depth`
-    /// surfaces, while it has fewer than `limit`. A sequence is kept for `max_age` updates.
+    /// Whether the rays of a rotation have to be cast. Of those that a change of the scene has overtaken only the one in turn is.
+    pub(crate) fn is_due(&self, rotation: usize, cast: &GuideCast, is_in_turn: bool) -> bool {
+        let Some(last) = self.casts[rotation] else {
+            return true;
+        };
+        last.origin != cast.origin
+            || last.rays < cast.rays
+            || last.depth < cast.depth
+            || is_in_turn && last.scene_state != cast.scene_state
+    }
+
+    /// Replaces what the rays of a rotation have hit.
+    pub(crate) fn begin_rotation(&mut self, visit: Visit, rotation: usize, cast: GuideCast) {
+        self.casts[rotation] = Some(cast);
+        let bit = 1 << rotation;
+        for (entry, rotations) in self.rotations.iter_mut().enumerate() {
+            if *rotations & bit != 0 {
+                *rotations &= !bit;
+                self.last_met[entry] = visit.update;
+                self.met_at[entry] = visit.listener;
+            }
+        }
+    }
+
+    /// Adds sequences that rays have hit in this update: of a rotation, or of `None` if its rays are not all cast or those of
+    /// another listener.
+    pub fn add(&mut self, visit: Visit, rotation: Option<usize>, met: &[Sequence]) {
+        let bit = rotation.map_or(0, |rotation| 1 << rotation);
+        for (index, sequence) in met.iter().enumerate() {
+            self.prefetch(met, index);
+            let Some(entry) = self.put(sequence) else {
+                break;
+            };
+            let index = entry as usize;
+            self.last_met[index] = visit.update;
+            self.met_at[index] = visit.listener;
+            self.rotations[index] |= bit;
+            if std::mem::replace(&mut self.listed_in[index], visit.update) != visit.update {
+                self.next.push(entry);
+            }
+        }
+    }
+
+    /// Adds the sequences that were added in this update to `guide`, and others up to `limit`, the most recent first; each has
+    /// up to `depth` surfaces. A sequence that no rotation hits any more is kept for `max_age` updates.
     pub fn merge(
         &mut self,
         scene: &Scene,
-        (update, max_age): (u64, u64),
+        visit: Visit,
+        (changed_in, max_age): (u64, u64),
         (limit, depth): (usize, usize),
         guide: &mut SequenceSet,
     ) {
-        let met = guide.entries();
-        let met = &met[..met.len().min(Self::CAPACITY)];
-        for (index, sequence) in met.iter().enumerate() {
-            self.prefetch(met, index);
-            let entry = self.put(sequence, update);
-            self.next.push(entry);
-        }
-        for &entry in &self.order {
-            if guide.entries().len() >= limit {
+        let update = visit.update;
+        let is_old = |entry: &&u32| self.listed_in[**entry as usize] != update;
+        let old = self.order.iter().filter(is_old);
+        for (index, entry) in self.next.iter().chain(old).enumerate() {
+            if index >= self.next.len() && guide.entries().len() >= limit {
                 break;
             }
-            if self.last_met[entry as usize] != update {
-                let sequence = &self.entries[entry as usize].sequence;
-                if sequence.len() <= depth {
-                    guide.insert(sequence.renewed(scene));
-                }
+            let sequence = &self.entries[*entry as usize].sequence;
+            if sequence.len() <= depth {
+                guide.insert(sequence.renewed(scene));
             }
         }
         let mut order = std::mem::take(&mut self.order);
+        let is_hit = |history: &Self, entry: u32| history.rotations[entry as usize] != 0;
+        let hit = order.iter().filter(|entry| is_hit(self, **entry)).count();
+        let mut left = Self::CAPACITY.saturating_sub(self.next.len() + hit);
         for entry in order.drain(..) {
-            let last_met = self.last_met[entry as usize];
-            if last_met == update {
+            if self.listed_in[entry as usize] == update {
                 continue;
             }
-            if update - last_met < max_age && self.next.len() < Self::CAPACITY {
+            let is_hit = is_hit(self, entry);
+            let last_met = self.last_met[entry as usize];
+            let is_near = self.met_at[entry as usize].distance(visit.listener) <= KEPT_M;
+            let is_possible = is_near && (last_met >= changed_in || update - last_met < max_age);
+            if self.next.len() < Self::CAPACITY && (is_hit || is_possible && left > 0) {
+                left -= usize::from(!is_hit);
                 self.next.push(entry);
             } else {
                 self.remove(entry);
             }
+        }
+        while self.next.len() > Self::CAPACITY {
+            let last = self.next.pop();
+            last.into_iter().for_each(|entry| self.remove(entry));
         }
         self.order = std::mem::replace(&mut self.next, order);
     }
@@ -122,26 +206,25 @@ impl DiscoveryHistory {
         }
     }
 
-    /// The entry of a sequence hit in this update.
-    fn put(&mut self, sequence: &Sequence, update: u64) -> u32 {
+    /// The entry of a sequence, a new one if it has none; `None` if no entry is unused.
+    fn put(&mut self, sequence: &Sequence) -> Option<u32> {
         let home = sequence.hash() as usize % SLOTS;
         let mut slot = home;
         while let Some(entry) = self.table[slot].checked_sub(1) {
             if self.entries[entry as usize].sequence == *sequence {
-                self.last_met[entry as usize] = update;
-                return entry;
+                return Some(entry);
             }
             slot = (slot + 1) % SLOTS;
         }
-        // At most half of the entries are kept and half are added: one is unused.
-        let entry = self.unused.pop().unwrap_or_default();
+        let entry = self.unused.pop()?;
         self.table[slot] = entry + 1;
         self.entries[entry as usize] = Entry {
             sequence: *sequence,
             home: home as u32,
         };
-        self.last_met[entry as usize] = update;
-        entry
+        self.rotations[entry as usize] = 0;
+        self.listed_in[entry as usize] = u64::MAX;
+        Some(entry)
     }
 
     /// Frees an entry and closes the gap in the table, without which a search would end early.
@@ -164,6 +247,7 @@ impl DiscoveryHistory {
             }
         }
         self.table[gap] = 0;
+        self.rotations[entry as usize] = 0;
         self.unused.push(entry);
     }
 }
@@ -175,7 +259,6 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::propagation::image_source::expansion::MAX_CANDIDATES;
     use crate::propagation::path::MAX_ORDER;
     use crate::propagation::rays::directions::mix;
     use crate::scene::{MaterialTable, SceneSettings, procedural};
@@ -193,44 +276,108 @@ mod tests {
         sequence
     }
 
-    /// Compares with a list, beyond age and capacity.
+    /// Compares with a list, beyond age and capacity: rotations are cast again and again, some rays stand for none.
     #[test]
-    fn recent_sequences_come_first_and_the_oldest_are_dropped() {
+    fn sequences_stay_while_a_rotation_hits_them() {
         let scene = room();
         let mut history = DiscoveryHistory::default();
-        let mut plain: Vec<(Sequence, u64)> = Vec::new();
+        // Sequences in their order with their rotations and the last update that hit them or lost one.
+        let mut plain: Vec<(Sequence, u16, Visit)> = Vec::new();
         let mut seed = 5;
-        for update in 0..150 {
-            let mut guide = SequenceSet::with_capacity(3 * DiscoveryHistory::CAPACITY);
+        for update in 0..200 {
             let many = match update < 80 {
                 true => [3, 400, 900, 5000][(update % 4) as usize],
                 false => 5,
             };
+            let rotation = match update % 5 {
+                0 => None,
+                _ => Some((mix(update) % 3) as usize),
+            };
+            let mut met: Vec<Sequence> = Vec::new();
+            let mut is_met = HashSet::new();
             for _ in 0..many {
                 seed = mix(seed);
                 let surfaces = [(seed >> 8) as u32 % 20_000, (seed >> 40) as u32 % 3];
-                guide.insert(sequence(&surfaces[..1 + (seed & 1) as usize]));
+                let sequence = sequence(&surfaces[..1 + (seed & 1) as usize]);
+                if is_met.insert(sequence) {
+                    met.push(sequence);
+                }
             }
-            let met: Vec<Sequence> = guide.entries().to_vec();
-            let is_met: HashSet<Sequence> = met.iter().copied().collect();
-            let nearby = update % 3 == 0;
-            let most = match nearby {
-                true => DiscoveryHistory::CAPACITY,
-                false => MAX_CANDIDATES,
-            };
-            let old = plain.iter().filter(|(s, _)| !is_met.contains(s));
-            let room = most.saturating_sub(met.len());
-            let added = old.clone().take(room).map(|(s, _)| *s);
-            let expected: Vec<Sequence> = met.iter().copied().chain(added).collect();
-            let young = old.filter(|(_, seen)| update - seen < MAX_AGE);
-            let new = met.iter().map(|s| (*s, update));
-            plain = new
-                .chain(young.copied())
-                .take(DiscoveryHistory::CAPACITY)
+            let bit = rotation.map_or(0, |rotation| 1 << rotation);
+            // Half a metre an update, to and fro; the scene changes in some updates of the second half.
+            let listener = Vec3::X * 0.5 * 40u64.abs_diff(update % 80) as f32;
+            let visit = Visit { update, listener };
+            let changed_in = update / 100 * (update / 7 * 7);
+            for (_, rotations, last) in plain.iter_mut().filter(|(_, r, _)| r & bit != 0) {
+                *rotations &= !bit;
+                *last = visit;
+            }
+            let before = |s: &Sequence| plain.iter().find(|(old, ..)| old == s);
+            let new = met.iter().map(|s| {
+                let rotations = before(s).map_or(0, |(_, rotations, _)| *rotations);
+                (*s, rotations | bit, visit)
+            });
+            let new: Vec<_> = new.collect();
+            let old: Vec<_> = plain
+                .iter()
+                .filter(|(s, ..)| !is_met.contains(s))
+                .copied()
                 .collect();
-            history.merge(&scene, (update, MAX_AGE), (most, MAX_ORDER), &mut guide);
+            let limit = [DiscoveryHistory::CAPACITY, 1000][(update % 2) as usize];
+            let room = limit.saturating_sub(new.len());
+            let expected = new.iter().chain(old.iter().take(room));
+            let expected: Vec<Sequence> = expected.map(|(s, ..)| *s).collect();
+
+            let hit = old
+                .iter()
+                .filter(|(_, rotations, _)| *rotations != 0)
+                .count();
+            let mut left = DiscoveryHistory::CAPACITY.saturating_sub(new.len() + hit);
+            plain = new;
+            for entry in old {
+                let last = entry.2;
+                let is_young = last.update >= changed_in || update - last.update < MAX_AGE;
+                let is_near = last.listener.distance(listener) <= KEPT_M;
+                if entry.1 != 0 || is_young && is_near && left > 0 {
+                    left -= usize::from(entry.1 == 0);
+                    plain.push(entry);
+                }
+            }
+            plain.truncate(DiscoveryHistory::CAPACITY);
+
+            if let Some(rotation) = rotation {
+                history.begin_rotation(visit, rotation, GuideCast::default());
+            }
+            history.add(visit, rotation, &met);
+            let mut guide = SequenceSet::with_capacity(3 * DiscoveryHistory::CAPACITY);
+            let limits = (limit, MAX_ORDER);
+            history.merge(&scene, visit, (changed_in, MAX_AGE), limits, &mut guide);
             assert!(guide.entries() == expected, "update {update}");
         }
         assert!(plain.len() < 800, "old entries are dropped");
+    }
+
+    #[test]
+    fn rays_are_due_in_another_cell_and_in_turn_after_a_change_of_the_scene() {
+        let mut history = DiscoveryHistory::default();
+        let cast = GuideCast {
+            origin: Vec3::ONE,
+            scene_state: 3,
+            rays: 64,
+            depth: 4,
+        };
+        assert!(history.is_due(2, &cast, false), "never cast");
+        history.begin_rotation(Visit::default(), 2, cast);
+        assert!(!history.is_due(2, &cast, true) && history.is_due(1, &cast, true));
+        let origin = Vec3::ZERO;
+        assert!(history.is_due(2, &GuideCast { origin, ..cast }, false));
+        let changed = GuideCast {
+            scene_state: 4,
+            ..cast
+        };
+        assert!(history.is_due(2, &changed, true) && !history.is_due(2, &changed, false));
+        let more = GuideCast { rays: 65, ..cast };
+        let fewer = GuideCast { rays: 6, ..cast };
+        assert!(history.is_due(2, &more, false) && !history.is_due(2, &fewer, true));
     }
 }

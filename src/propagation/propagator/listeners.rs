@@ -6,8 +6,7 @@ use crate::propagation::source_task::PredictedPosition;
 
 impl Propagator {
     /// Computes for several listeners in turn, 1 to 16: [`Self::select_listener`] before each one's update. All share the
-    /// sources' rays and the scene's exchange of scattered energy, and what the guide rays of one discover is tried for all:
-    /// each listener casts its part of them. Initially one. Allocates.
+    /// sources' rays and the scene's exchange of scattered energy. Initially one. Allocates.
     ///
     /// ```
     /// # use std::sync::Arc;
@@ -56,6 +55,7 @@ impl Propagator {
             std::mem::swap(&mut self.listener_field, &mut state.field);
             std::mem::swap(&mut self.predicted, &mut state.predicted);
             std::mem::swap(&mut self.history, &mut state.history);
+            std::mem::swap(&mut self.guide_origins, &mut state.guide_origins);
         }
         self.listener = index;
     }

@@ -2,7 +2,7 @@
 //!
 //! Control side; replaces the propagation thread. An update begins in a tick, with the poses of that tick, and is sent a
 //! given number of ticks later; the next one begins then. The first update is sent at once. A jump drops the update under way;
-//! the urgent one takes its share of the given number of ticks (`UpdateKind::share`).
+//! those that follow take their shares of the given number of ticks (`UpdateKind::share`).
 
 use super::messages::UpdateMessage;
 use super::worker::Worker;

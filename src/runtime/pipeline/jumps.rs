@@ -1,8 +1,8 @@
 //! Jumps of listener and sources, and the updates that follow them.
 //!
-//! Control side. Nobody predicts where a teleport leads: what is under way for the old position is dropped. An urgent update
-//! has what is found soonest at the new one, a second one its late energy, a plain update the rest, and whole updates go on
-//! from there.
+//! Control side. Nobody predicts where a teleport leads: what is under way for the old position is dropped. A first update has
+//! the late energy at the new one, which is found soonest, an urgent one edges and low orders, a plain update the rest, and
+//! whole updates go on from there.
 
 use crate::extrapolation::PredictorKind;
 use crate::propagation::UpdateScope;
@@ -12,7 +12,7 @@ use crate::scene::{SourceId, SourcePose};
 
 /// Highest reflection order, number of guide rays and of sequences of an urgent update for another listener position.
 const URGENT_ORDER: usize = 2;
-const URGENT_GUIDE_RAYS: u32 = 256;
+const URGENT_GUIDE_RAYS: u32 = 128;
 const URGENT_CANDIDATES: usize = 512;
 
 /// Least distance in metres of a jump. Positions that come in smaller steps, by a network, are motion.
@@ -24,10 +24,10 @@ pub(crate) enum UpdateKind {
     /// Everything.
     #[default]
     Whole,
-    /// After a jump: edges and low orders; for a source alone what is remembered around the listener.
-    Urgent,
-    /// After an urgent one: late energy.
+    /// After a jump: late energy.
     Late,
+    /// Then: edges and low orders; for a source alone what is remembered around the listener.
+    Urgent,
     /// Then: everything without nearby paths and late energy along the way.
     Plain,
 }
@@ -36,30 +36,30 @@ impl UpdateKind {
     /// The kind of the update after this one, without another jump.
     pub(crate) fn next(self) -> Self {
         match self {
-            Self::Urgent => Self::Late,
-            Self::Late => Self::Plain,
+            Self::Late => Self::Urgent,
+            Self::Urgent => Self::Plain,
             Self::Plain | Self::Whole => Self::Whole,
         }
     }
 
-    /// The kind of the update after this one and a jump. One that is not urgent follows every urgent one, however often
-    /// something jumps.
+    /// The kind of the update after this one and a jump. All kinds take their turn, however often something jumps.
     pub(crate) fn next_after_jump(self) -> Self {
         match self {
+            Self::Late => Self::Urgent,
             Self::Urgent => Self::Plain,
-            Self::Late | Self::Plain | Self::Whole => Self::Urgent,
+            Self::Plain | Self::Whole => Self::Late,
         }
     }
 
-    /// Time of an update relative to a whole one for the same predictor: estimates from processor times in the concert hall,
-    /// with 4 and with 16 sources, for another listener position, on a busy machine. Urgent took 0.13 and 0.19 with twice
-    /// the sequences of today, late and plain together 0.5 to 0.6.
+    /// Time of an update relative to a whole one for the same predictor, from instructions in the concert hall with 4 and with 16
+    /// sources, for another listener position: urgent 0.26 and 0.35, late 0.08, plain 0.56 and 0.59 with one rotation of guide
+    /// rays, 0.7 and 0.64 with two.
     pub(crate) fn share(self, predictor: PredictorKind, sources: usize) -> f64 {
         let share = match self {
             Self::Whole => return 1.0,
-            Self::Urgent => 0.11 + 0.005 * sources as f64,
-            Self::Late => 0.3,
-            Self::Plain => 0.35,
+            Self::Urgent => 0.23 + 0.0075 * sources as f64,
+            Self::Late => 0.085,
+            Self::Plain => 0.66,
         };
         // Whole updates for the others have no nearby paths and take half the time.
         match predictor {
@@ -103,10 +103,10 @@ impl Jumps {
         !self.listener && self.sources.is_empty()
     }
 
-    /// The scope of an update of a kind after these jumps.
-    pub(crate) fn scope(self, kind: UpdateKind) -> UpdateScope {
+    /// The scope of an update of a kind after these jumps, and those `before` that only late energy has followed yet.
+    pub(crate) fn scope(self, kind: UpdateKind, before: &Self) -> UpdateScope {
         let whole = UpdateScope::default();
-        match (kind, self.listener) {
+        match (kind, self.listener || before.listener) {
             (UpdateKind::Urgent, true) => UpdateScope {
                 max_order: Some(URGENT_ORDER),
                 guide_rays: Some(URGENT_GUIDE_RAYS),
@@ -116,7 +116,7 @@ impl Jumps {
                 ..whole
             },
             (UpdateKind::Urgent, false) => UpdateScope {
-                sources: Some(self.sources.clone()),
+                sources: Some([&self.sources[..], &before.sources].concat()),
                 guide_rays: Some(0),
                 skips_late: true,
                 jumped: self.sources,
@@ -213,16 +213,25 @@ mod tests {
         }
         assert_eq!(
             kinds,
-            [UpdateKind::Urgent, UpdateKind::Late, UpdateKind::Plain]
+            [UpdateKind::Late, UpdateKind::Urgent, UpdateKind::Plain]
         );
+        assert_eq!(UpdateKind::Late.next_after_jump(), UpdateKind::Urgent);
         assert_eq!(UpdateKind::Urgent.next_after_jump(), UpdateKind::Plain);
     }
 
     #[test]
     fn an_urgent_update_after_a_source_jump_is_for_that_source_alone() {
-        let scope = found(None, Some(9), 2).scope(UpdateKind::Urgent);
+        let jumps = found(None, Some(9), 2);
+        let none = Jumps::default();
+        // Late energy has followed the jump first.
+        assert_eq!(
+            jumps.clone().scope(UpdateKind::Late, &none).jumped,
+            IDS[1..]
+        );
+        let scope = none.clone().scope(UpdateKind::Urgent, &jumps);
+        assert!(scope.jumped.is_empty());
         assert!(scope.has_source(IDS[1]) && !scope.has_source(IDS[0]));
-        let whole = found(None, Some(9), 2).scope(UpdateKind::Plain);
+        let whole = jumps.scope(UpdateKind::Plain, &none);
         assert!(whole.is_whole() && whole.jumped == IDS[1..]);
     }
 }

@@ -39,6 +39,8 @@ pub(crate) struct UpdatePipeline {
     beyond_surface: PathSet,
     /// Time of the poses of the last update in seconds, and its kind.
     last: Option<(f64, UpdateKind)>,
+    /// Jumps that only late energy has followed yet.
+    followed_by_late: Jumps,
 }
 
 impl UpdatePipeline {
@@ -114,7 +116,11 @@ impl UpdatePipeline {
         }
         propagator.set_nearby_radius(uses_nearby.then_some(poses.nearby_radius_m));
         propagator.set_predicted_positions(&poses.sampled_listener, &poses.sampled_sources);
-        propagator.set_scope(jumps.scope(request.kind));
+        let before = std::mem::take(&mut self.followed_by_late);
+        if request.kind == UpdateKind::Late {
+            self.followed_by_late = jumps.clone();
+        }
+        propagator.set_scope(jumps.scope(request.kind, &before));
         propagator.update_with(workers, &poses.listener, sources, time_s, result);
         if beyond.is_some() {
             add_nearby(result, &self.beyond_surface);

@@ -76,15 +76,15 @@ mod tests {
     }
 
     #[test]
-    fn an_urgent_update_arrives_earlier_and_is_used_until_the_late_one_arrives() {
+    fn an_urgent_update_arrives_earlier_and_is_used_until_the_plain_one_arrives() {
         let mut timing = UpdateTiming::default();
         timing.observe(UpdateKind::Whole, 0.1);
         let urgent = (UpdateKind::Urgent, PredictorKind::default(), 4);
-        let [share, late] =
-            [UpdateKind::Urgent, UpdateKind::Late].map(|kind| kind.share(urgent.1, urgent.2));
+        let [share, plain] =
+            [UpdateKind::Urgent, UpdateKind::Plain].map(|kind| kind.share(urgent.1, urgent.2));
         let interval = timing.in_use(urgent, [0.0; 4]).expect("measured");
         assert!((interval.arrival_s - 0.1 * share).abs() < 1e-9);
-        assert!((interval.used_s - 0.1 * late).abs() < 1e-9);
+        assert!((interval.used_s - 0.1 * plain).abs() < 1e-9);
         timing.observe(UpdateKind::Urgent, 0.03);
         let interval = timing.in_use(urgent, [0.0; 4]).expect("measured");
         assert!((interval.arrival_s - 0.03).abs() < 1e-9);
