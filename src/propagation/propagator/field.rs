@@ -64,7 +64,7 @@ impl Propagator {
             self.field_of = Some(scene_state);
             if self.field.renew(scene, &mut rays) {
                 for task in &mut self.tasks {
-                    task.recast_rays_of(scene_state);
+                    task.follow_patches(scene, scene_state);
                 }
             }
         } else {
