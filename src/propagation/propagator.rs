@@ -8,7 +8,7 @@ mod field;
 mod guide;
 mod guide_origins;
 mod listeners;
-mod outsiders;
+mod uncovered_occupants;
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use glam::{DVec3, Vec3};
 
 use self::guide::{GuideCasts, GuideShare};
 use self::guide_origins::GuideOrigins;
-use self::outsiders::Outsiders;
+use self::uncovered_occupants::UncoveredOccupants;
 use crate::error::Result;
 use crate::propagation::diffuse::{FieldRenewal, ListenerField, SceneField, VisibilityCells};
 use crate::propagation::image_source::discovery_history::{
@@ -96,7 +96,7 @@ pub struct Propagator {
     field_of: Option<u64>,
     /// The field of a scene whose joined parts have changed, and the revision that it is made for.
     renewal: Option<(FieldRenewal, u64)>,
-    outsiders: Outsiders,
+    uncovered: UncoveredOccupants,
     resting_since: (u64, u64),
     listener_field: ListenerField,
     predicted: Vec<PredictedPosition>,
@@ -156,7 +156,7 @@ impl Propagator {
             field: SceneField::default(),
             field_of: None,
             renewal: None,
-            outsiders: Outsiders::default(),
+            uncovered: UncoveredOccupants::default(),
             resting_since: (0, 0),
             listener_field: ListenerField::default(),
             predicted: Vec::new(),

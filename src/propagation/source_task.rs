@@ -261,9 +261,9 @@ impl SourceTask {
         self.last_position.is_some() && self.late.is_outside_field()
     }
 
-    /// Has the rays cast in a scene revision cast again, each rotation in its turn: the field's patches are others since.
-    pub(super) fn recast_rays_of(&mut self, scene_state: u64) {
-        self.late.invalidate_rays_of(scene_state);
+    /// The field's patches have changed in a scene revision: its rays are cast again, each rotation in its turn.
+    pub(super) fn follow_patches(&mut self, scene: &Scene, scene_state: u64) {
+        self.late.follow_patches(scene, scene_state);
     }
 
     /// Drops what the source has left at the patches of an earlier field: as after a jump, all rotations are due.

@@ -48,8 +48,8 @@ impl Legs {
 
 impl SurfaceSamples {
     /// Drops sides from which nothing is hit, closed spaces without any of the `occupants` (listener and sources, in local
-    /// coordinates), cavities, and narrow gaps that are open at an end: nobody is in them, and their
-    /// short legs would set the time base of the whole scene. What is reflected there belongs to the nearest sample.
+    /// coordinates), cavities, and narrow gaps that are open at an end: no listener is in them, and
+    /// their short legs would set the time base of the whole scene. What is reflected there belongs to the nearest sample.
     pub(super) fn drop_unreachable(&mut self, scene: &Scene, occupants: &[Vec3], rays: &mut u64) {
         let mut spaces = Forest::new(self.all.len());
         let mut legs = vec![Legs::default(); self.all.len()];

@@ -65,6 +65,24 @@ impl<T: Copy> ByRotation<T> {
             *last = (*last as usize - old.len() + list.len()) as u32;
         }
     }
+
+    /// Removes what is not `kept` from the list of a rotation.
+    pub(crate) fn retain(&mut self, rotation: usize, kept: impl Fn(&T) -> bool) {
+        let old = self.range(rotation);
+        let mut end = old.start;
+        for index in old.clone() {
+            if kept(&self.items[index]) {
+                self.items[end] = self.items[index];
+                end += 1;
+            }
+        }
+        let removed = old.end - end;
+        self.items.copy_within(old.end.., end);
+        self.items.truncate(self.items.len() - removed);
+        for last in &mut self.ends[rotation..] {
+            *last -= removed as u32;
+        }
+    }
 }
 
 #[cfg(test)]
@@ -81,6 +99,10 @@ mod tests {
             let (rotation, count) = ((bits % 16) as usize, (bits >> 8) % 40);
             expected[rotation] = (0..count).map(|item| bits ^ item).collect();
             lists.replace(rotation, &expected[rotation]);
+            if bits >> 40 & 3 == 0 {
+                lists.retain(rotation, |item| item & 1 == 0);
+                expected[rotation].retain(|item| item & 1 == 0);
+            }
             for (rotation, list) in expected.iter().enumerate() {
                 assert_eq!(lists.of(rotation), list, "round {round}");
             }

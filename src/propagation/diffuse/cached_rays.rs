@@ -86,16 +86,30 @@ impl CachedRays {
         if key != CacheKey::of(from, key.scene_state) || key.scene_state < from.poses_since {
             return Validity::Invalid;
         }
-        let most = self.legs.len() / LEGS_PER_STALE_LEG;
+        match self.are_stale(scene, self.legs.len() / LEGS_PER_STALE_LEG) {
+            true => Validity::Invalid,
+            false => Validity::NearlyValid,
+        }
+    }
+
+    /// Whether instances affect more than `most` legs, where they were or where they are.
+    fn are_stale(&self, scene: &Scene, most: usize) -> bool {
         let mut stale = self.legs_to_instances;
         let mut legs = self.legs.iter();
         while stale <= most {
             match legs.next() {
                 Some(leg) => stale += usize::from(scene.enters_box_of_instance(leg)),
-                None => return Validity::NearlyValid,
+                None => return false,
             }
         }
-        Validity::Invalid
+        true
+    }
+
+    /// Whether some of the results are wrong now that the late field's patches have changed in `scene_state`: they are of that
+    /// revision with other patches, or an instance affects a leg.
+    pub(crate) fn is_contradicted(&self, scene: &Scene, scene_state: u64) -> bool {
+        let of = self.key.map(|key| key.scene_state);
+        of.is_some_and(|of| of == scene_state || self.are_stale(scene, 0))
     }
 
     /// Makes the results invalid.

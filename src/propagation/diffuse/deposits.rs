@@ -9,7 +9,7 @@ use crate::propagation::diffuse::bounce_buffer::Bounce;
 use crate::propagation::diffuse::delayed::add_delayed;
 use crate::propagation::diffuse::envelope::{ArrivalHistogram, STEPS};
 use crate::propagation::diffuse::listener_field::ListenerField;
-use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
+use crate::propagation::diffuse::surface_samples::{MAX_PATCHES, NO_PATCH};
 use crate::propagation::diffuse::transport::SceneField;
 use crate::scene::Scene;
 use crate::simd::{LaneSet, kernel};
@@ -32,6 +32,18 @@ pub(crate) struct Deposit {
     weight: f32,
 }
 
+impl Deposit {
+    /// Index of the patch.
+    pub(crate) fn patch(&self) -> usize {
+        self.key as usize / SPANS
+    }
+
+    /// Energy in all bands.
+    pub(crate) fn energy(&self) -> f32 {
+        self.weight
+    }
+}
+
 /// Deposits of one rotation of a source.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Deposits {
@@ -50,7 +62,8 @@ impl Deposits {
         &self.entries
     }
 
-    /// Adds a bounce times a gain; `is_heard` if its leaving energy is heard through the patch. Adds the rays cast to `rays`.
+    /// Adds a bounce times a gain; `is_heard` if its leaving energy is heard through the patch. Returns the patch, or
+    /// [`NO_PATCH`]. Adds the rays cast to `rays`.
     pub(crate) fn add(
         &mut self,
         scene: &Scene,
@@ -59,11 +72,11 @@ impl Deposits {
         gain: f32,
         is_heard: bool,
         rays: &mut u64,
-    ) {
+    ) -> u16 {
         let (point, normal) = (bounce.point, bounce.normal);
         let place = (point, bounce.surface);
         let Some(sample) = field.samples.locate(scene, place, normal, rays) else {
-            return;
+            return NO_PATCH;
         };
         let sample = field.samples.all[sample];
         let steps = bounce.length_m / (scene.speed_of_sound_m_s() as f32 * field.step_s);
@@ -89,6 +102,7 @@ impl Deposits {
             let through = std::array::from_fn(|b| incident[b] * factor[b] * factor[b]);
             self.add_to(behind, steps, &through, &through);
         }
+        sample.patch
     }
 
     fn add_to(&mut self, patch: u16, steps: f32, scattered: &BandArray, leaving: &BandArray) {

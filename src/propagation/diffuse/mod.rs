@@ -51,6 +51,7 @@ use crate::propagation::diffuse::cached_rays::{CachedRays, Validity};
 use crate::propagation::diffuse::deposits::{Deposit, DepositSums};
 use crate::propagation::diffuse::envelope::{ArrivalHistogram, STEPS_PER_FREE_TIME};
 use crate::propagation::diffuse::next_event::{SecondarySources, SourceView};
+use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
 use crate::propagation::diffuse::trace::TraceBuffers;
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
@@ -63,6 +64,9 @@ use crate::scene::{Scene, SourceId};
 /// are nearer to its centre.
 const SAME_POSITION_M: f64 = 0.7 * visibility_cells::SOURCE_CELLS_M[0] as f64;
 const MIN_ROTATIONS: usize = 6;
+
+/// Share of the most energy at a patch below which what arrives may have passed a wall.
+const TRANSMITTED: f32 = 1e-3;
 
 /// Weight of a rotation traced at a distance from the source: 1 at 0 m, ½ at `reach_m`.
 fn weight(distance_m: f64, reach_m: f64) -> f64 {
@@ -78,6 +82,8 @@ fn weight(distance_m: f64, reach_m: f64) -> f64 {
 #[derive(Debug, Clone, Default)]
 struct RotationEntry {
     filled: bool,
+    /// Whether the scene has changed so that some of the results are wrong.
+    is_contradicted: bool,
     /// The source's centre when the rays were traced, local coordinates.
     origin: DVec3,
     cached: CachedRays,
@@ -196,6 +202,9 @@ impl LateEstimator {
         self.has_new_rays |= is_new || !entry.filled;
         entry.filled = true;
         entry.origin = from.origin - from.offset;
+        if is_new {
+            self.drop_what_is_wrong(index);
+        }
         is_new
     }
 
@@ -241,9 +250,33 @@ impl LateEstimator {
         }
     }
 
-    /// Makes rays of a scene revision invalid; the estimate stays.
-    pub(crate) fn invalidate_rays_of(&mut self, scene_state: u64) {
+    /// Drops energy of contradicted rotations at patches that the rays of one that is right do not reach: behind a door that has
+    /// shut.
+    fn drop_what_is_wrong(&mut self, right: usize) {
+        let mut energy = [0.0; MAX_PATCHES];
+        for deposit in self.deposits.of(right) {
+            energy[deposit.patch()] += deposit.energy();
+        }
+        let least = TRANSMITTED
+            * energy
+                .iter()
+                .fold(0.0, |most: f32, energy| most.max(*energy));
+        let is_right = |patch: usize| energy[patch] > least;
+        for (index, entry) in self.entries.iter_mut().enumerate() {
+            if !std::mem::take(&mut entry.is_contradicted) || index == right {
+                continue;
+            }
+            entry.secondary.retain_patches(is_right);
+            self.deposits
+                .retain(index, |deposit| is_right(deposit.patch()));
+        }
+    }
+
+    /// The late field's patches have changed in a scene revision: makes its rays invalid, and drops what is wrong from the
+    /// estimate as soon as other rays have been cast.
+    pub(crate) fn follow_patches(&mut self, scene: &Scene, scene_state: u64) {
         for entry in &mut self.entries {
+            entry.is_contradicted |= entry.cached.is_contradicted(scene, scene_state);
             entry.cached.invalidate_of(scene_state);
         }
     }

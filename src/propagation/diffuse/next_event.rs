@@ -16,6 +16,7 @@ use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::diffuse::bounce_buffer::{Bounce, BounceBuffer};
 use crate::propagation::diffuse::envelope::ArrivalHistogram;
+use crate::propagation::diffuse::surface_samples::NO_PATCH;
 use crate::propagation::diffuse::trace::TraceBuffers;
 use crate::propagation::diffuse::transport::SceneField;
 use crate::propagation::diffuse::visibility_cells::GROUPS_PER_ROTATION;
@@ -48,6 +49,8 @@ struct SecondarySource {
     before_m: f32,
     /// Energy leaving all represented bounces, air absorption up to here included.
     energy: BandArray,
+    /// Patch of the scene's late field, or [`NO_PATCH`].
+    patch: u16,
     /// Whether its group's viewpoint is visible.
     is_visible: bool,
 }
@@ -146,7 +149,7 @@ impl SecondarySources {
         self.invalidate_visibility();
         let sources = &mut self.sources;
         select_from(near, f64::from, NEAR_BOUNCES, sums, |bounce, gain| {
-            deposits.add(scene, field, &bounce, gain, false, rays);
+            let patch = deposits.add(scene, field, &bounce, gain, false, rays);
             let air = exp_neg(&scene.air_np_per_m().map(|m| 2.0 * m * bounce.length_m));
             let leaving = &bounce.energy.leaving;
             sources.push(SecondarySource {
@@ -155,6 +158,7 @@ impl SecondarySources {
                 surface: bounce.surface,
                 before_m: bounce.length_m,
                 energy: std::array::from_fn(|b| leaving[b] * gain * air[b]),
+                patch,
                 is_visible: false,
             });
         });
@@ -163,6 +167,17 @@ impl SecondarySources {
         select_from(far, root, FAR_BOUNCES, sums, |bounce, gain| {
             deposits.add(scene, field, &bounce, gain, true, rays);
         });
+    }
+
+    /// Removes the sources of patches that are not `kept`.
+    pub(crate) fn retain_patches(&mut self, kept: impl Fn(usize) -> bool) {
+        let is_kept =
+            |source: &SecondarySource| source.patch == NO_PATCH || kept(source.patch.into());
+        if !self.sources.iter().all(is_kept) {
+            self.sources.retain(is_kept);
+            self.visible.clear();
+            self.invalidate_visibility();
+        }
     }
 
     /// Tests the visibility of changed viewpoints from their groups' sources. Adds the rays cast to `rays`.

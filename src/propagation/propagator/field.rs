@@ -13,8 +13,8 @@ const MAX_SAMPLES: usize = 512;
 
 impl Propagator {
     /// Makes the late field for the first update, traces it anew when instances have come to rest, and makes it anew step by
-    /// step when joined parts have come or gone, or somebody has come into a space that it leaves out. Returns the number of
-    /// rays cast.
+    /// step when joined parts have come or gone, or a source or listener has entered a space that it leaves out. Returns
+    /// the number of rays cast.
     pub(super) fn renew_field(
         &mut self,
         listener: &ListenerPose,
@@ -32,14 +32,14 @@ impl Propagator {
             self.field = SceneField::new(scene, count, &occupants, &mut rays);
             return rays;
         }
-        let has_outsiders = self.renewal.is_none() && self.field.leaves_out() && {
+        let has_uncovered = self.renewal.is_none() && self.field.leaves_out() && {
             let tasks = self.tasks[..sources.len()].iter();
             let of_tasks = tasks.filter(|task| task.is_outside_field()).count();
             let others = self
                 .other_listeners()
                 .filter(|other| other.field.is_outside());
             let of_listeners = others.count() + usize::from(self.listener_field.is_outside());
-            self.outsiders.are_due(of_tasks + of_listeners)
+            self.uncovered.require_renewal(of_tasks + of_listeners)
         };
         let is_stale = self.field_of != Some(scene_state);
         // Parts come while the listener walks, and the field takes many updates' time.
@@ -55,7 +55,7 @@ impl Propagator {
             for task in &mut self.tasks {
                 task.forget_late();
             }
-        } else if is_due || has_outsiders {
+        } else if is_due || has_uncovered {
             let occupants = self.occupants(listener, sources);
             let renewal = FieldRenewal::new(scene, count, &occupants, &self.field, &mut rays);
             self.renewal = Some((renewal, scene_state));
@@ -64,7 +64,7 @@ impl Propagator {
             self.field_of = Some(scene_state);
             if self.field.renew(scene, &mut rays) {
                 for task in &mut self.tasks {
-                    task.recast_rays_of(scene_state);
+                    task.follow_patches(scene, scene_state);
                 }
             }
         } else {
