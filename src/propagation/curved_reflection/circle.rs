@@ -1,5 +1,6 @@
 //! Stationary paths over a circle (Alhazen's problem): where a path from one point to another by way of the circle neither
-//! lengthens nor shortens. There are up to four.
+//! lengthens nor shortens. With one reflection there are up to four. With two reflections inside the circle the path follows
+//! the first one to the second, where the same slope has to vanish.
 //!
 //! Pure arithmetic, any thread, bounded.
 
@@ -28,56 +29,88 @@ const APART: f64 = 1e-4;
 /// Angle of the first position in steps between positions: off the axes, on which symmetric scenes have their zeros.
 const FIRST: f64 = 0.371;
 
-/// Slope of a path's length with the angle, per radius.
-fn slope(from: DVec2, to: DVec2, radius_m: f64, angle: f64) -> f64 {
-    slope_at(from, to, radius_m, DVec2::from_angle(angle))
+/// Two positions between which paths are reflected by a circle about the origin.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Circle {
+    pub(super) radius_m: f64,
+    pub(super) from: DVec2,
+    pub(super) to: DVec2,
+    /// Whether paths are reflected twice, inside the circle.
+    pub(super) is_twice: bool,
 }
 
-/// The same for a unit vector at the angle.
-#[inline]
-fn slope_at(from: DVec2, to: DVec2, radius_m: f64, outward: DVec2) -> f64 {
-    let (point, tangent) = (radius_m * outward, outward.perp());
-    let towards = (point - from).normalize_or_zero() + (point - to).normalize_or_zero();
-    tangent.dot(towards)
-}
+impl Circle {
+    /// Calls `found` with the angles of all stationary paths' first reflections.
+    pub(super) fn stationary(&self, mut found: impl FnMut(f64)) {
+        let step = TAU / SAMPLES as f64;
+        let angle = |index: usize| step * (index as f64 + FIRST);
+        // Each position is the one before, turned by a step.
+        let (mut outward, turn) = (DVec2::from_angle(angle(0)), DVec2::from_angle(step));
+        let mut before = self.slope_at(outward);
+        for index in 1..=SAMPLES {
+            outward = turn.rotate(outward);
+            let after = self.slope_at(outward);
+            if before * after <= 0.0 && (before < 0.0) != (after < 0.0) {
+                let ends = [(angle(index - 1), before), (angle(index), after)];
+                let root = root(|at| self.slope_at(DVec2::from_angle(at)), ends);
+                if let Some(root) = self.near(root) {
+                    found(root);
+                }
+            }
+            before = after;
+        }
+    }
 
-/// Calls `found` with the angles of all stationary paths over a circle about the origin.
-pub(super) fn stationary(from: DVec2, to: DVec2, radius_m: f64, mut found: impl FnMut(f64)) {
-    let step = TAU / SAMPLES as f64;
-    let angle = |index: usize| step * (index as f64 + FIRST);
-    // Each position is the one before, turned by a step.
-    let (mut outward, turn) = (DVec2::from_angle(angle(0)), DVec2::from_angle(step));
-    let mut before = slope_at(from, to, radius_m, outward);
-    for index in 1..=SAMPLES {
-        outward = turn.rotate(outward);
-        let after = slope_at(from, to, radius_m, outward);
-        if (before < 0.0) != (after < 0.0) {
-            let ends = [(angle(index - 1), before), (angle(index), after)];
-            let root = root(|at| slope(from, to, radius_m, at), ends);
-            if let Some(root) = near(from, to, radius_m, root) {
-                found(root);
+    /// The stationary path near an angle, by Newton's method; none where it does not converge, such as where the direction to
+    /// an end point on the circle jumps.
+    pub(super) fn near(&self, mut angle: f64) -> Option<f64> {
+        let slope = |angle: f64| self.slope_at(DVec2::from_angle(angle));
+        for _ in 0..NEWTON_STEPS {
+            let rise = (slope(angle + APART) - slope(angle - APART)) / (2.0 * APART);
+            let step = (slope(angle) / rise).clamp(-LONGEST_STEP, LONGEST_STEP);
+            if !step.is_finite() {
+                return None;
+            }
+            angle -= step;
+            if step.abs() < LEAST_STEP {
+                break;
             }
         }
-        before = after;
+        (slope(angle).abs() < 1e-9).then_some(angle)
     }
-}
 
-/// The stationary path near an angle, by Newton's method; none where it does not converge, such as where the direction to an
-/// end point on the circle jumps.
-pub(super) fn near(from: DVec2, to: DVec2, radius_m: f64, mut angle: f64) -> Option<f64> {
-    let slope = |angle: f64| slope(from, to, radius_m, angle);
-    for _ in 0..NEWTON_STEPS {
-        let rise = (slope(angle + APART) - slope(angle - APART)) / (2.0 * APART);
-        let step = (slope(angle) / rise).clamp(-LONGEST_STEP, LONGEST_STEP);
-        if !step.is_finite() {
-            return None;
-        }
-        angle -= step;
-        if step.abs() < LEAST_STEP {
-            break;
+    /// Slope of a path's length with the angle of its last reflection, per radius; no number where a path that is reflected
+    /// twice does not arrive inside the circle.
+    #[inline]
+    fn slope_at(&self, outward: DVec2) -> f64 {
+        match self.is_twice {
+            false => self.slope_over(self.from, outward),
+            true => {
+                let last = self.second(outward);
+                let is_inside = (last - self.to).dot(last) > 0.0;
+                let slope = self.slope_over(self.radius_m * outward, last / self.radius_m);
+                if is_inside { slope } else { f64::NAN }
+            }
         }
     }
-    (slope(angle).abs() < 1e-9).then_some(angle)
+
+    /// The same for the leg from a position to the circle and the one to the end.
+    #[inline]
+    fn slope_over(&self, before: DVec2, outward: DVec2) -> f64 {
+        let (point, tangent) = (self.radius_m * outward, outward.perp());
+        let towards = (point - before).normalize_or_zero() + (point - self.to).normalize_or_zero();
+        tangent.dot(towards)
+    }
+
+    /// The second reflection of a path whose first one has a direction from the centre; no number for a path from outside.
+    #[inline]
+    pub(super) fn second(&self, outward: DVec2) -> DVec2 {
+        let first = self.radius_m * outward;
+        let ray = (first - self.from).normalize_or_zero();
+        let cosine = ray.dot(outward);
+        let cosine = if cosine > 0.0 { cosine } else { f64::NAN };
+        first + 2.0 * self.radius_m * cosine * (ray - 2.0 * cosine * outward)
+    }
 }
 
 /// A zero between two arguments with values of different signs: regula falsi of Illinois.
@@ -123,7 +156,13 @@ mod tests {
             };
             let (from, to) = (DVec2::new(unit(0), unit(1)), DVec2::new(unit(2), unit(3)));
             let mut count = 0;
-            stationary(from, to, 2.0, |angle| {
+            let circle = Circle {
+                radius_m: 2.0,
+                from,
+                to,
+                is_twice: false,
+            };
+            circle.stationary(|angle| {
                 count += 1;
                 let point = 2.0 * DVec2::from_angle(angle);
                 let along = DVec2::from_angle(angle).perp();
@@ -134,5 +173,35 @@ mod tests {
             most = most.max(count);
         }
         assert_eq!(most, 4);
+    }
+
+    #[test]
+    fn paths_with_two_reflections_obey_the_law_at_both() {
+        let mut all = 0;
+        for number in 0..200u32 {
+            let unit = |k: u32| {
+                let n = (number * 7 + k).wrapping_mul(2_654_435_761) >> 8;
+                f64::from(n) / f64::from(1u32 << 24) * 2.8 - 1.4
+            };
+            let (from, to) = (DVec2::new(unit(0), unit(1)), DVec2::new(unit(2), unit(3)));
+            let circle = Circle {
+                radius_m: 2.0,
+                from,
+                to,
+                is_twice: true,
+            };
+            circle.stationary(|angle| {
+                all += 1;
+                let first = 2.0 * DVec2::from_angle(angle);
+                let last = circle.second(first / 2.0);
+                assert!((last.length() - 2.0).abs() < 1e-9, "{number}: {last}");
+                for [before, at, after] in [[from, first, last], [first, last, to]] {
+                    let [a, b] = [before, after].map(|end| (end - at).normalize().dot(at.perp()));
+                    assert!((a + b).abs() < 1e-8, "{number}: {a} {b}");
+                }
+            });
+        }
+        // A shortest and a longest path of each sense of rotation, or more.
+        assert!(all >= 2 * 200, "{all}");
     }
 }

@@ -1,13 +1,16 @@
-//! Reflections at curved surfaces: one exact path to the smooth surface, alone or with a mirror plane before or after it.
+//! Reflections at curved surfaces: exact paths to the smooth surface, alone or with a mirror plane before or after it.
 //!
 //! Runs with the propagation update. By Fermat's principle a path is stationary over the surface. In a sphere it lies in the
 //! plane of its ends and the centre, in a cylinder it projects on a cross-section: both leave the same problem on a circle
-//! (`circle`), whose up to four solutions are found by their slope. Facets only decide where the surface ends and what
-//! occludes. Bounded by the constants below; deterministic; allocates nothing. Own.
+//! (`circle`), whose solutions are found by their slope. Inside a large surface a path may be reflected twice, with a plane
+//! between whose mirror image of the shape is the shape itself: a floor through a dome's centre, a vault's end wall. The second
+//! reflection focuses what the first one has sent past its focus. Facets only decide where the surface ends and what occludes.
+//! Bounded by the constants below; deterministic; allocates nothing. Own.
 
 mod circle;
 mod sequence;
 mod spreading;
+mod twice;
 
 pub use sequence::CurvedSequence;
 
@@ -22,10 +25,12 @@ use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::amplitude::apply_directivity;
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::image_path::turning_point;
-use crate::propagation::image_source::sequence::{Interaction, interaction_path_id};
+use crate::propagation::image_source::sequence::interaction_path_id;
 use crate::propagation::path::{MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathId};
 use crate::scene::Scene;
 use crate::scene::surface::curved::CurvedSurface;
+use circle::Circle;
+use sequence::interactions;
 use spreading::CurvedPoint;
 
 /// Most planes that are combined with curved surfaces, the largest ones.
@@ -33,6 +38,9 @@ pub const MAX_PLANES: usize = 6;
 
 /// Part of a whole turn from which a cylinder is a column.
 const CLOSED: f64 = 0.95;
+
+/// Most stationary paths over the same surfaces: their numbers are three bits of a path's identity.
+const MAX_STATIONARY: usize = 8;
 
 /// Least distance in metres of source and listener from a curved surface and from a plane: nearer ones lie in it.
 const CLEARANCE_M: f64 = 1e-3;
@@ -62,9 +70,11 @@ pub fn find(
             &[]
         };
         let choices = || std::iter::once(None).chain(planes.iter().copied().map(Some));
-        for before in choices() {
-            for after in choices() {
-                let order = 1 + usize::from(before.is_some()) + usize::from(after.is_some());
+        let find_over =
+            |before: Option<u32>, after: Option<u32>, bounces, rays: &mut u64, emit: &mut _| {
+                let order = Bounces::order(bounces)
+                    + usize::from(before.is_some())
+                    + usize::from(after.is_some());
                 if order <= depth.min(MAX_ORDER) {
                     let query = Query {
                         scene,
@@ -73,10 +83,39 @@ pub fn find(
                         index: index as u32,
                         surface,
                         planes: [before, after],
+                        bounces,
                     };
                     query.find(rays, emit);
                 }
+            };
+        for before in choices() {
+            for after in choices() {
+                find_over(before, after, Bounces::Once, rays, emit);
+                if scene.is_combined(index as u32) {
+                    let maps = |plane| surface.is_preserved_by(scene.surface(plane));
+                    for between in choices().filter(|plane| plane.is_none_or(maps)) {
+                        find_over(before, after, Bounces::Twice(between), rays, emit);
+                    }
+                }
             }
+        }
+    }
+}
+
+/// The reflections of a path at its curved surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Bounces {
+    Once,
+    /// Twice, with the plane between them.
+    Twice(Option<u32>),
+}
+
+impl Bounces {
+    /// Number of reflections at surface and plane.
+    fn order(self) -> usize {
+        match self {
+            Self::Once => 1,
+            Self::Twice(between) => 2 + usize::from(between.is_some()),
         }
     }
 }
@@ -84,12 +123,14 @@ pub fn find(
 /// A path with its reflection points.
 struct CurvedPath {
     path: Path,
-    /// On the curved surface.
-    point: DVec3,
+    /// On the curved surface: the first and the last reflection, which are the same where it is met once.
+    points: [DVec3; 2],
     /// Cosine of the angle of incidence there.
     cosine: f64,
     /// On the planes before and after it.
     turns: [Option<DVec3>; 2],
+    /// Between both reflections: on the plane, or halfway without one.
+    middle: Option<DVec3>,
 }
 
 /// The search for paths over one curved surface and given planes.
@@ -102,10 +143,11 @@ struct Query<'a> {
     surface: &'a CurvedSurface,
     /// Before and after it.
     planes: [Option<u32>; 2],
+    bounces: Bounces,
 }
 
 impl Query<'_> {
-    /// Source and listener, or their images in the planes.
+    /// Source and listener, or their images in the planes before and after the surface.
     fn images(&self) -> [DVec3; 2] {
         [0, 1].map(|end| match self.planes[end] {
             Some(plane) => self.scene.surface(plane).mirror(self.ends[end]),
@@ -113,20 +155,29 @@ impl Query<'_> {
         })
     }
 
+    /// A position after the first reflection, seen through the mirror plane between both.
+    fn unfolded(&self, point: DVec3) -> DVec3 {
+        match self.bounces {
+            Bounces::Twice(Some(plane)) => self.scene.surface(plane).mirror(point),
+            _ => point,
+        }
+    }
+
     fn find(&self, rays: &mut u64, emit: &mut impl FnMut(Path)) {
         let images = self.images();
+        let unfolded = [images[0], self.unfolded(images[1])];
         // Valid paths, shortest first, so that numbers do not depend on where the circle begins.
-        let mut points = [(f64::INFINITY, DVec3::ZERO); 4];
+        let mut found = [(f64::INFINITY, [DVec3::ZERO; 2]); MAX_STATIONARY];
         let mut count = 0;
-        self.stationary_points(images, None, |point| {
-            if count < points.len() {
-                points[count] = (images[0].distance(point) + point.distance(images[1]), point);
+        self.stationary_points(unfolded, None, |points| {
+            if count < found.len() {
+                found[count] = (length_m(unfolded, points), points);
                 count += 1;
             }
         });
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (number, (_, point)) in points[..count].iter().enumerate() {
-            if let Some(path) = self.path(*point, images, number as u64, rays)
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (number, (_, points)) in found[..count].iter().enumerate() {
+            if let Some(path) = self.path(*points, images, number as u64, rays)
                 && self.is_unoccluded(&path, rays)
             {
                 emit(path.path);
@@ -134,12 +185,13 @@ impl Query<'_> {
         }
     }
 
-    /// Calls `found` with the stationary points of the shape between two positions: all of them, or the one near a point.
+    /// Calls `found` with the first and the last reflection of the stationary paths between two positions, unfolded at the
+    /// plane between them: of all paths, or of the one whose first reflection is near a point.
     fn stationary_points(
         &self,
         [from, to]: [DVec3; 2],
         near: Option<DVec3>,
-        mut found: impl FnMut(DVec3),
+        mut found: impl FnMut([DVec3; 2]),
     ) {
         let shape = &self.surface.shape;
         let [a, b] = [from, to].map(|end| shape.radial(end));
@@ -162,16 +214,30 @@ impl Query<'_> {
         };
         let flat = |radial: DVec3| DVec2::new(radial.dot(x), radial.dot(y));
         let [p, q] = [flat(a), flat(b)];
+        let circle = Circle {
+            radius_m: shape.radius_m,
+            from: p,
+            to: q,
+            is_twice: self.bounces != Bounces::Once,
+        };
         let mut at_angle = |angle: f64| {
-            let around = DVec2::from_angle(angle) * shape.radius_m;
-            let radial = around.x * x + around.y * y;
-            let along_m = shape.axis.map_or(DVec3::ZERO, |axis| {
-                let heights = [from, to].map(|end| (end - shape.centre).dot(axis));
-                let [near, far] = [p, q].map(|end| end.distance(around));
-                let share = near / (near + far).max(1e-12);
-                (heights[0] + share * (heights[1] - heights[0])) * axis
-            });
-            found(shape.centre + along_m + radial);
+            let outward = DVec2::from_angle(angle);
+            let first = outward * shape.radius_m;
+            let last = if circle.is_twice {
+                circle.second(outward)
+            } else {
+                first
+            };
+            let legs_m = [p.distance(first), first.distance(last), last.distance(q)];
+            let all_m = legs_m.iter().sum::<f64>().max(1e-12);
+            let at = |around: DVec2, from_m: f64| {
+                let along = shape.axis.map_or(DVec3::ZERO, |axis| {
+                    let heights = [from, to].map(|end| (end - shape.centre).dot(axis));
+                    (heights[0] + from_m / all_m * (heights[1] - heights[0])) * axis
+                });
+                shape.centre + along + around.x * x + around.y * y
+            };
+            found([at(first, legs_m[0]), at(last, legs_m[0] + legs_m[1])]);
         };
         let is_outside = |end: DVec2| end.length() > shape.radius_m;
         // Around a whole column only the path on the near side is in the air.
@@ -179,123 +245,170 @@ impl Query<'_> {
         let guess = match near {
             Some(near) => flat(shape.radial(near)),
             None if is_column && is_outside(p) && is_outside(q) => {
+                if circle.is_twice {
+                    return;
+                }
                 p.normalize_or_zero() + q.normalize_or_zero()
             }
             None => {
-                circle::stationary(p, q, shape.radius_m, at_angle);
+                circle.stationary(at_angle);
                 return;
             }
         };
-        let found = circle::near(p, q, shape.radius_m, guess.to_angle());
-        found.into_iter().for_each(&mut at_angle);
+        circle
+            .near(guess.to_angle())
+            .into_iter()
+            .for_each(&mut at_angle);
     }
 
-    /// The path over a stationary point, if it lies on the surface and on those of the planes. Occlusion is not tested.
+    /// The path over stationary points, unfolded at the plane between them, if they lie on the surface and on those of the
+    /// planes. Occlusion is not tested.
     fn path(
         &self,
-        point: DVec3,
+        unfolded: [DVec3; 2],
         images: [DVec3; 2],
         number: u64,
         rays: &mut u64,
     ) -> Option<CurvedPath> {
         let scene = self.scene;
-        let outward = self.surface.shape.normal(point);
-        let heights = images.map(|end| (end - point).dot(outward));
-        let side = heights[0].signum();
-        if heights.iter().any(|height| height * side < CLEARANCE_M) {
+        let shape = &self.surface.shape;
+        let ends = [images[0], self.unfolded(images[1])];
+        let points = [unfolded[0], self.unfolded(unfolded[1])];
+        let is_twice = self.bounces != Bounces::Once;
+        let side = (ends[0] - unfolded[0])
+            .dot(shape.normal(unfolded[0]))
+            .signum();
+        let is_off = |end: usize| {
+            let height_m = (ends[end] - unfolded[end]).dot(shape.normal(unfolded[end]));
+            height_m * side >= CLEARANCE_M
+        };
+        let chord_m = unfolded[0].distance(unfolded[1]);
+        if !is_off(0) || !is_off(1) || is_twice && (side > 0.0 || chord_m < CLEARANCE_M) {
             return None;
         }
-        let at = CurvedPoint {
-            surface: self.surface,
-            point,
-            normal: side * outward,
-            from: images[0],
-            to: images[1],
-        };
-        let mirrored = [0, 1].map(|end| self.plane_point(end, images[end], point));
+        let mirrored = [0, 1].map(|end| self.plane_point(end, images[end], points[end]));
         let [before, after] = [mirrored[0]?, mirrored[1]?];
-        let facet = self.facet_at(point, outward, rays)?;
-        let length_m = images[0].distance(point) + point.distance(images[1]);
-        let mut amplitude = self.amplitude(&at, facet, [before, after], length_m);
+        let between = match self.bounces {
+            Bounces::Twice(Some(plane)) => {
+                Some((plane, self.crossing(plane, points, unfolded[1])?))
+            }
+            _ => None,
+        };
+        let mut facets = [0; 2];
+        for (facet, point) in facets.iter_mut().zip(points) {
+            *facet = self.facet_at(point, shape.normal(point), rays)?;
+        }
+        let length_m = length_m(ends, unfolded);
+        let cosine = (ends[0] - unfolded[0]).normalize_or_zero();
+        let cosine = cosine.dot(side * shape.normal(unfolded[0]));
+        let wavenumbers = {
+            let per_hz = std::f64::consts::TAU / scene.speed_of_sound_m_s();
+            CENTRES_HZ.map(|hz| hz * per_hz)
+        };
+        let mut amplitude = match is_twice {
+            true => twice::amplitude(self.surface, ends, unfolded, &wavenumbers),
+            false => {
+                let at = CurvedPoint {
+                    surface: self.surface,
+                    point: points[0],
+                    normal: side * shape.normal(points[0]),
+                    from: ends[0],
+                    to: ends[1],
+                };
+                at.amplitude(&wavenumbers)
+            }
+        };
+        let steps = [
+            before.zip(self.planes[0]),
+            Some((points[0], facets[0])),
+            between.map(|(plane, at)| (at, plane)),
+            is_twice.then_some((points[1], facets[1])),
+            after.zip(self.planes[1]),
+        ];
+        let mut stops = [DVec3::ZERO; MAX_ORDER];
+        let mut surfaces = [0; MAX_ORDER];
+        let mut order = 0;
+        for (at, surface) in steps.into_iter().flatten() {
+            (stops[order], surfaces[order]) = (at, surface);
+            order += 1;
+        }
+        self.absorb(&mut amplitude, &stops[..order], &surfaces, cosine, length_m);
         let bound = MIN_RELATIVE_AMPLITUDE / length_m as f32;
         if amplitude.iter().all(|a| a.abs() < bound) {
             return None;
         }
-        let departure = (before.unwrap_or(point) - self.ends[0]).as_vec3();
+        let departure = (stops[0] - self.ends[0]).as_vec3();
         apply_directivity(&mut amplitude, &self.endpoints.source, departure);
-        let mut points = [DVec3::ZERO; MAX_ORDER];
-        let mut surfaces = [0; MAX_ORDER];
-        let steps = [
-            (before, self.planes[0]),
-            (Some(point), Some(facet)),
-            (after, self.planes[1]),
-        ];
-        let mut order = 0;
-        for (at, surface) in steps {
-            if let (Some(at), Some(surface)) = (at, surface) {
-                (points[order], surfaces[order]) = (at, surface);
-                order += 1;
-            }
-        }
-        let arrival = (points[order - 1] - self.ends[1]).normalize_or_zero();
-        let plane = |end: usize| self.planes[end].map(Interaction::Surface).into_iter();
-        let interactions = plane(0)
-            .chain([Interaction::Curved(self.index)])
-            .chain(plane(1));
-        let source = self.endpoints.source.id;
-        let id = interaction_path_id(scene, source, interactions);
+        let arrival = (stops[order - 1] - self.ends[1]).normalize_or_zero();
+        let along = interactions(self.index, self.planes, self.bounces);
+        // Of the shortest path; several have the same interactions.
+        let id = interaction_path_id(scene, self.endpoints.source.id, along);
         let path = Path {
-            // Up to four paths have the same interactions.
             id: PathId(id.0.wrapping_add(number << 61)),
-            source,
+            source: self.endpoints.source.id,
             order: order as u8,
             diffraction_order: 0,
             surfaces,
             edges: [0; MAX_DIFFRACTION_ORDER],
-            points: points.map(|point| scene.to_world(point)),
+            points: stops.map(|point| scene.to_world(point)),
             image: scene.to_world(self.ends[1] + arrival * length_m),
             length_m: length_m as f32,
             amplitude,
         };
+        let halfway = || 0.5 * (points[0] + points[1]);
         Some(CurvedPath {
             path,
-            point,
-            cosine: at.cosine(),
+            points,
+            cosine,
             turns: [before, after],
+            middle: is_twice.then(|| between.map_or_else(halfway, |(_, at)| at)),
         })
     }
 
     /// Whether nothing occludes a path.
     fn is_unoccluded(&self, path: &CurvedPath, rays: &mut u64) -> bool {
-        [0, 1].into_iter().all(|end| {
+        let is_open = [0, 1].into_iter().all(|end| {
             let ignored = self.planes[end].unwrap_or(NO_GROUP);
             let last = path.turns[end].unwrap_or(self.ends[end]);
+            let point = path.points[end];
             let is_clear = |turn: DVec3, rays: &mut u64| {
                 *rays += 1;
-                let turn = turning_point(self.ends[end], turn, path.point);
+                let turn = turning_point(self.ends[end], turn, point);
                 let ray = Ray::between(self.ends[end].as_vec3(), turn.as_vec3());
                 !self.scene.any_hit(&ray, [ignored, NO_GROUP])
             };
-            self.reaches(last, path.point, path.cosine, ignored, rays)
+            self.reaches(last, point, path.cosine, ignored, rays)
                 && path.turns[end].is_none_or(|turn| is_clear(turn, rays))
-        })
+        });
+        let between = match self.bounces {
+            Bounces::Twice(Some(plane)) => plane,
+            _ => NO_GROUP,
+        };
+        let mut reaches = |from, to| self.reaches(from, to, path.cosine, between, rays);
+        is_open
+            && path.middle.is_none_or(|middle| {
+                let [first, last] = path.points;
+                reaches(middle, first) && reaches(middle, last)
+            })
+    }
+
+    /// The reflection point in a plane between two positions, of which the last one's image is given.
+    fn crossing(&self, plane: u32, [first, last]: [DVec3; 2], image: DVec3) -> Option<DVec3> {
+        let [first_m, last_m] = [first, last].map(|at| self.scene.surface(plane).distance_m(at));
+        if first_m * last_m <= 0.0 || first_m.abs() < CLEARANCE_M || last_m.abs() < CLEARANCE_M {
+            return None;
+        }
+        let crossing = first + first_m / (first_m + last_m) * (image - first);
+        self.scene.reflects_at(plane, crossing).then_some(crossing)
     }
 
     /// The reflection point in the plane before or after the surface; `None` where there is none, `Some(None)` without a plane.
     fn plane_point(&self, end: usize, image: DVec3, point: DVec3) -> Option<Option<DVec3>> {
-        let Some(index) = self.planes[end] else {
+        let Some(plane) = self.planes[end] else {
             return Some(None);
         };
-        let plane = self.scene.surface(index);
-        let [own_m, other_m] = [self.ends[end], point].map(|at| plane.distance_m(at));
-        if own_m * other_m <= 0.0 || own_m.abs() < CLEARANCE_M || other_m.abs() < CLEARANCE_M {
-            return None;
-        }
-        let share = own_m / (own_m + other_m);
-        let crossing = image + share * (point - image);
-        self.scene
-            .reflects_at(index, crossing)
-            .then_some(Some(crossing))
+        self.crossing(plane, [point, self.ends[end]], image)
+            .map(Some)
     }
 
     /// The plane surface of the facet at a point of the shape; `None` where the curved surface has ended.
@@ -333,32 +446,38 @@ impl Query<'_> {
             && hidden_m < uneven_m.min(self.surface.facet_m) + 2.0 * MARGIN_M
     }
 
-    fn amplitude(
+    /// Absorption of air and surfaces along a path, and the bound of amplitudes.
+    fn absorb(
         &self,
-        at: &CurvedPoint<'_>,
-        facet: u32,
-        mirrored: [Option<DVec3>; 2],
+        amplitude: &mut BandArray,
+        stops: &[DVec3],
+        surfaces: &[u32; MAX_ORDER],
+        cosine: f64,
         length_m: f64,
-    ) -> BandArray {
+    ) {
         let scene = self.scene;
-        let per_hz = std::f64::consts::TAU / scene.speed_of_sound_m_s();
-        let mut amplitude = at.amplitude(&CENTRES_HZ.map(|hz| hz * per_hz));
         let air = exp_neg(&scene.air_np_per_m().map(|np| np * length_m as f32));
-        let own = scene.reflectance(facet).factor(at.cosine() as f32);
         let most = (1.0 / self.endpoints.min_distance_m) as f32;
         for b in 0..BANDS {
-            amplitude[b] = amplitude[b].min(most) * air[b] * own[b];
+            amplitude[b] = amplitude[b].min(most) * air[b];
         }
-        for (end, mirrored) in mirrored.into_iter().enumerate() {
-            if let (Some(plane), Some(turn)) = (self.planes[end], mirrored) {
-                let ray = (self.ends[end] - turn).normalize_or_zero();
-                let cosine = ray.dot(scene.surface(plane).normal).abs();
-                let factor = scene.reflectance(plane).factor(cosine as f32);
-                for b in 0..BANDS {
-                    amplitude[b] *= factor[b];
-                }
+        for (number, (stop, &surface)) in stops.iter().zip(surfaces).enumerate() {
+            let before = number.checked_sub(1).map_or(self.ends[0], |n| stops[n]);
+            // Facets are no panels: they reflect by the smooth surface's normal.
+            let plane = scene.surface(surface);
+            let cosine = match plane.panel_triangle_count {
+                0 => cosine,
+                _ => (before - *stop).normalize_or_zero().dot(plane.normal).abs(),
+            };
+            let factor = scene.reflectance(surface).factor(cosine as f32);
+            for b in 0..BANDS {
+                amplitude[b] *= factor[b];
             }
         }
-        amplitude
     }
+}
+
+/// Length of a path between two positions by way of two points.
+fn length_m([from, to]: [DVec3; 2], [first, last]: [DVec3; 2]) -> f64 {
+    from.distance(first) + first.distance(last) + last.distance(to)
 }

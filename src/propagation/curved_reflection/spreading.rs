@@ -81,20 +81,26 @@ impl CurvedPoint<'_> {
             let share = around.map_or(1.0, |around| around.dot(direction).powi(2));
             let round_m = half_m[0].min(0.5 * PI * shape.radius_m);
             let reach_m = (share / round_m.powi(2) + (1.0 - share) / half_m[1].powi(2)).sqrt();
-            (second, third.abs(), fourth.abs(), 1.0 / reach_m)
+            (second, third, fourth, 1.0 / reach_m)
         });
         wavenumbers.map(|k| {
             let spread = terms.map(|(second, third, fourth, reach_m)| {
-                let cubic_m = (6.0 / (k * third).max(1e-12)).cbrt();
-                let quartic_m = (24.0 / (k * fourth).max(1e-12)).sqrt().sqrt();
-                let active_m = reach_m.min(cubic_m).min(quartic_m);
-                // The integral over the part in phase, instead of the Fresnel zone.
-                let bound = 0.5 * PI / (k * active_m * active_m);
+                let bound = active_bound(k, [third, fourth], reach_m);
                 (second * second + bound * bound).powf(-0.25)
             });
             (cosine / (before_m * after_m) * spread[0] * spread[1]) as f32
         })
     }
+}
+
+/// The least curvature of a path's length over a surface that acts at a wavenumber: of the integral over the part in phase,
+/// which takes the Fresnel zone's place near a caustic. The part ends with the surface, or where the third or fourth derivative
+/// of the length turns the phase by a radian.
+pub(super) fn active_bound(k: f64, [third, fourth]: [f64; 2], reach_m: f64) -> f64 {
+    let cubic_m = (6.0 / (k * third.abs()).max(1e-12)).cbrt();
+    let quartic_m = (24.0 / (k * fourth.abs()).max(1e-12)).sqrt().sqrt();
+    let active_m = reach_m.min(cubic_m).min(quartic_m);
+    0.5 * PI / (k * active_m * active_m)
 }
 
 /// The point of a shape at a distance along the surface in a tangential direction.

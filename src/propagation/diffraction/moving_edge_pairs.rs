@@ -75,12 +75,14 @@ pub fn shortest(scene: &Scene, endpoints: &Endpoints) -> ShortestPaths {
         return shortest;
     }
     let fixed = [
-        scene.edges().first_crossings(from, to, most_m),
-        scene.edges().first_crossings(to, from, most_m),
+        scene.first_crossings_of_fixed(from, to, most_m),
+        scene.first_crossings_of_fixed(to, from, most_m),
     ];
     let [first_fixed, first_parts] = [&fixed[0], &parts[0]].map(|f| EdgeList::of(scene, f, from));
     let [last_fixed, last_parts] = [&fixed[1], &parts[1]].map(|f| EdgeList::of(scene, f, to));
     for (firsts, lasts) in [
+        // Pieces of fixed edges that joining has added.
+        (&first_fixed, &last_fixed),
         (&first_fixed, &last_parts),
         (&first_parts, &last_fixed),
         (&first_parts, &last_parts),

@@ -191,10 +191,11 @@ impl CandidateEdge {
         let endless = estimated_gain(scene, &self.edge, &crossing, &ends, endpoints);
         let gain = endless * share_of_length(scene, &crossing);
         let sight_point = edge_wave::sight_point(&self.edge, crossing.apex, self.outward);
-        if endless < least_gain
-            || ranked[MAX_TESTED - 1].is_some_and(|last| last.gain >= gain)
-            || reflection_points(scene, &ends, sight_point).is_none()
-        {
+        if endless < least_gain || ranked[MAX_TESTED - 1].is_some_and(|last| last.gain >= gain) {
+            return;
+        }
+        let ends = ends.map(|end| on_surface(scene, end, sight_point));
+        if reflection_points(scene, &ends, sight_point).is_none() {
             return;
         }
         let new = RankedPath {
@@ -403,6 +404,17 @@ impl ReflectedEdgePath {
             last_point: points[count - 1],
         };
         path.to_path(scene, endpoints, gains)
+    }
+}
+
+/// An end with that surface of its mirror plane on which the line to an edge is reflected, where joining leaves two.
+fn on_surface(scene: &Scene, end: ImagePoint, sight_point: DVec3) -> ImagePoint {
+    let other = end.surface.and_then(|surface| scene.continued_by(surface));
+    match other {
+        Some(other) if reflection_points(scene, &[end; 2], sight_point).is_none() => {
+            ImagePoint::of(scene, end.real, Some(other))
+        }
+        _ => end,
     }
 }
 

@@ -22,6 +22,7 @@ mod air_spaces;
 mod bounce_buffer;
 mod by_rotation;
 mod cached_rays;
+mod curved_prefix;
 pub mod decay_fit;
 mod delayed;
 mod deposits;

@@ -6,6 +6,7 @@ use crate::geometry::Ray;
 use crate::propagation::diffuse::bounce_buffer::{
     BounceBuffer, BounceEnergy, BouncePacket, amplify_by, weight,
 };
+use crate::propagation::diffuse::curved_prefix::CurvedPrefix;
 use crate::propagation::diffuse::deposits::Deposits;
 use crate::propagation::diffuse::ray_statistics::RayStatistics;
 use crate::propagation::diffuse::source_rays::{FAR_BOUNCES, FAR_RAYS, SourceRays};
@@ -144,8 +145,9 @@ struct RayState {
     represented: PerRay<f32>,
     /// Bit mask of the rays that were reflected by panels only, within the discrete depth.
     panels: u32,
-    /// Bit mask of the rays that were reflected by a curved surface last and before by one panel at most.
+    /// Bit mask of the rays whose reflections may go on as a discrete path over a curved surface, and how.
     bent: u32,
+    curved: PerRay<CurvedPrefix>,
     length_m: PerRay<f32>,
     /// The source's directivity as energy.
     squares: PerRay<BandArray>,
@@ -160,6 +162,7 @@ impl RayState {
         represented: [1.0; PACKET_SIZE],
         panels: u32::MAX,
         bent: 0,
+        curved: [CurvedPrefix::None; PACKET_SIZE],
         length_m: [0.0; PACKET_SIZE],
         squares: [[1.0; BANDS]; PACKET_SIZE],
         share: [[1.0; BANDS]; PACKET_SIZE],
@@ -264,7 +267,7 @@ impl RayState {
     }
 
     /// Surfaces hit and their normals; updates `panels` and `bent`. Returns the bit mask of the rays whose reflection
-    /// is a discrete path: at panels only, or at a curved surface with one panel before or after it
+    /// is a discrete path: at panels only, or at a curved surface once or twice with one panel before or after it
     /// ([`crate::propagation::curved_reflection`]).
     #[inline(always)]
     fn gather_surfaces<'a>(
@@ -274,7 +277,8 @@ impl RayState {
         packet: &mut BouncePacket,
         surfaces: &mut PerRay<Option<&'a Surface>>,
     ) -> u32 {
-        let (mut panels, mut curved, mut combined) = (0, 0, 0);
+        let (mut panels, mut curved) = (0, 0);
+        let mut at_curved = [0; PACKET_SIZE];
         for lane in lanes(packet.met.rays) {
             let surface = scene.surface(packet.met.surface[lane]);
             let triangle = packet.met.triangle[lane];
@@ -286,18 +290,31 @@ impl RayState {
             if let Some((index, normal)) = scene.smooth_normal(triangle, point.as_dvec3()) {
                 put_vector(&mut packet.normal, lane, normal.as_vec3());
                 curved |= 1 << lane;
-                combined |= u32::from(scene.is_combined(index)) << lane;
+                at_curved[lane] = index;
             }
         }
-        let (before, bent) = (self.panels, self.bent);
+        let before = self.panels;
         self.panels &= panels;
-        let at_curved = match step {
-            0 => curved,
-            1 => combined & before,
-            _ => 0,
-        };
-        self.bent = at_curved & combined;
-        self.panels | at_curved | bent & panels
+        let mut discrete = self.panels;
+        // Few rays meet curved surfaces.
+        for lane in lanes(packet.met.rays & (curved | self.bent)) {
+            let meets = match curved >> lane & 1 {
+                0 => None,
+                _ => Some(at_curved[lane]),
+            };
+            let first = (before >> lane & 1 == 1).then_some(step);
+            let is_panel = panels >> lane & 1 == 1;
+            let state = &mut self.curved[lane];
+            *state = match meets {
+                Some(index) => state.at_curved(scene, index, first),
+                None if is_panel => state.at_panel(scene, packet.met.surface[lane]),
+                None => CurvedPrefix::None,
+            };
+            discrete |= u32::from(state.is_discrete()) << lane;
+            let is_over = *state == CurvedPrefix::None;
+            self.bent = self.bent & !(1 << lane) | u32::from(!is_over) << lane;
+        }
+        discrete
     }
 
     /// Reflects a ray's energy. What is left after the last bounce is scattered.

@@ -322,7 +322,9 @@ impl Scene {
         if surface as usize >= set.surfaces.len() {
             return self.instance_finite_panel_at(surface, point, in_front);
         }
-        self.finite_panels.at(surface, point, in_front)
+        let without = self.continued_panels();
+        self.finite_panels
+            .at_without(surface, point, in_front, without)
     }
 
     /// Whether a triangle is part of a connected plane piece that is large enough to reflect like a mirror.

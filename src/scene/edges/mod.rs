@@ -254,16 +254,18 @@ impl EdgeSet {
         &self.large
     }
 
-    /// Adds paths over `known` edges to a list: with short paths in the list, [`Self::add_crossings`] ends sooner.
+    /// Adds paths over `known` edges, of which others are not of the set, to a list: with short paths in the list, [`Self::add_crossings`] ends sooner.
     pub(super) fn add_known(
         &self,
         near: &mut DiffractingEdges,
         known: &DiffractingEdges,
         (from, to): (DVec3, DVec3),
         longest_m: f64,
+        names: &impl EdgeNames,
     ) {
         for &DiffractingEdge { edge, .. } in known.as_slice() {
             let found = self.edges.get(edge as usize);
+            let found = found.map(|own| names.changed(edge).unwrap_or(own));
             if let Some(length_m) = found.and_then(|e| e.crossing_rank_m(from, to, longest_m)) {
                 near.insert(DiffractingEdge { edge, length_m });
             }

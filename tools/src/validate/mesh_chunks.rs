@@ -1,4 +1,5 @@
-//! Law *mesh/chunks*: a scene that is put together of joined parts sounds like the same scene committed in one piece.
+//! Law *mesh/chunks*: a scene that is put together of joined parts sounds like the same scene committed in one piece, also where
+//! a chunk of it is the fixed part.
 //!
 //! Rooms and a street are cut by planes through walls, floors and solids. A path has a counterpart where one of the same
 //! numbers of reflections and diffractions has its image source nearby.
@@ -107,10 +108,18 @@ fn cuts(name: &str, mesh: &TriangleMesh, pairs: &[[Vec3; 2]]) -> Result<Vec<Row>
     let whole = commit(mesh, vec![even("wall", 0.1, 0.05)])?;
     let reference = heard(&whole, pairs)?;
     let mut rows = Vec::new();
-    for grid in GRIDS {
-        let world = world(mesh, grid)?;
-        let count = world.instance_count();
-        let mut case = Case::new(format!("mesh/chunks: {name}, {count} chunks"));
+    let layouts = GRIDS
+        .iter()
+        .flat_map(|grid| [(*grid, false), (*grid, true)]);
+    for (grid, is_one_fixed) in layouts {
+        let world = world(mesh, grid, is_one_fixed)?;
+        let count = world.instance_count() + usize::from(is_one_fixed);
+        let fixed = if is_one_fixed {
+            ", one of them fixed"
+        } else {
+            ""
+        };
+        let mut case = Case::new(format!("mesh/chunks: {name}, {count} chunks{fixed}"));
         let found = heard(&world, pairs)?;
         let (mut all, mut missing, mut spurious) = (0, 0, 0);
         let (mut levels_db, mut late_db) = (Vec::new(), 0f64);
@@ -148,8 +157,8 @@ fn cuts(name: &str, mesh: &TriangleMesh, pairs: &[[Vec3; 2]]) -> Result<Vec<Row>
     Ok(rows)
 }
 
-/// The mesh as joined parts beside a fixed part of a centimetre.
-fn world(mesh: &TriangleMesh, grid: [usize; 3]) -> Result<Arc<Scene>> {
+/// The mesh as joined parts beside a fixed part: that of the chunk with the most triangles, or one of a centimetre.
+fn world(mesh: &TriangleMesh, grid: [usize; 3], is_one_fixed: bool) -> Result<Arc<Scene>> {
     let bounds = |axis: usize| {
         let values = || mesh.vertices.iter().map(move |v| f64::from(v[axis]));
         (
@@ -171,8 +180,15 @@ fn world(mesh: &TriangleMesh, grid: [usize; 3]) -> Result<Arc<Scene>> {
         *vertex += low - 2.0;
     }
     let materials = || vec![even("wall", 0.1, 0.05)];
+    let mut chunks: Vec<TriangleMesh> = cut(mesh, planes.each_ref().map(Vec::as_slice))
+        .into_iter()
+        .collect();
+    if is_one_fixed {
+        let largest = (0..chunks.len()).max_by_key(|&index| chunks[index].triangles.len());
+        mark = chunks.swap_remove(largest.unwrap_or(0));
+    }
     let mut world = Scene::clone(&*commit(&mark, materials())?);
-    for chunk in cut(mesh, planes.each_ref().map(Vec::as_slice)) {
+    for chunk in chunks {
         let pose = InstancePose::at(InstanceId::default(), DVec3::ZERO);
         world.add_joined_instance(commit(&chunk, materials())?, &pose)?;
     }

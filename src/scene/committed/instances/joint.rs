@@ -9,7 +9,7 @@ use crate::scene::committed::instances::numbering;
 use crate::scene::edges::{Contact, Edge, EdgeSet, FreeBoundary, NO_EDGE, nearest_m};
 
 /// What joining adds to a part.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Joint {
     /// The scene's numbers of the part's surfaces.
     pub(super) surfaces: Arc<[u32]>,

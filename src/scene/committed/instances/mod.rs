@@ -8,9 +8,10 @@
 //! A part that moves is not joined with the scene: a door that touches its frame shares no edge or surface with it. Free
 //! edges of its panels, free ends of edges and visibility among its edges were found at its commit, without the scene;
 //! diffraction over edges of two bodies is searched at their current poses. Parts that do not move may be joined with each
-//! other (`joined`).
+//! other and with the fixed part (`joined`).
 
 mod changes;
+mod continued;
 mod joined;
 mod joint;
 mod materials;
@@ -30,8 +31,10 @@ use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Aabb, AabbTree, Hit, Ray};
 use crate::scene::edges::MOST_MIRRORS;
 use crate::scene::surface::Surface;
+use continued::ContinuedSurfaces;
 use joined::common::CommonSurfaces;
 use materials::InstanceMaterials;
+use numbering::FIXED;
 use placed::PlacedInstance;
 
 pub use crate::scene::committed::instances::changes::{SceneChange, SceneSnapshot};
@@ -60,6 +63,10 @@ pub(super) struct Instances {
     large: Vec<u32>,
     /// Surfaces of joined parts.
     common: Arc<CommonSurfaces>,
+    /// The fixed part, while others are joined with it.
+    fixed: Option<PlacedInstance>,
+    /// Of the largest surfaces those that go on in each other: the fixed part's and the joined parts'.
+    continued: ContinuedSurfaces,
 }
 
 impl Instances {
@@ -88,7 +95,19 @@ impl Instances {
 
     #[inline]
     fn at(&self, slot: usize) -> Option<&PlacedInstance> {
-        self.slots.get(slot)?.placed.as_ref()
+        match self.slots.get(slot) {
+            Some(slot) => slot.placed.as_ref(),
+            None if slot == FIXED => self.fixed.as_ref(),
+            None => None,
+        }
+    }
+
+    fn at_mut(&mut self, slot: usize) -> Option<&mut PlacedInstance> {
+        match self.slots.get_mut(slot) {
+            Some(slot) => slot.placed.as_mut(),
+            None if slot == FIXED => self.fixed.as_mut(),
+            None => None,
+        }
     }
 
     /// The instance that a number belongs to, and its index there.
@@ -103,7 +122,8 @@ impl Instances {
     fn surface(&self, global: u32) -> Option<&Surface> {
         match self.of(global) {
             Some((placed, local)) => placed.surfaces.get(local as usize),
-            None => self.common.surface(global),
+            None if numbering::is_instance(global) => self.common.surface(global),
+            None => self.fixed.as_ref()?.surfaces.get(global as usize),
         }
     }
 
@@ -220,11 +240,14 @@ impl Instances {
 
     pub(super) fn memory_bytes(&self) -> usize {
         let placed: usize = self.placed().map(PlacedInstance::memory_bytes).sum();
+        let fixed = self.fixed.as_ref().map_or(0, PlacedInstance::memory_bytes);
         placed
+            + fixed
             + self.tree.memory_bytes()
             + size_of_val(self.boxes.as_slice())
             + size_of_val(self.large.as_slice())
             + self.common.memory_bytes()
+            + self.continued.memory_bytes()
     }
 }
 
@@ -247,8 +270,8 @@ impl Scene {
     /// and a wall on another part's floor is a wedge. For chunks of a streamed world, tiles and prefabs. Numbers and keys of
     /// everything beyond the part's bounds stay. Control side; allocates, in proportion to the part and its borders.
     ///
-    /// The fixed part is not joined with them, and neither are instances that move. The instance is removed by
-    /// [`Self::remove_instance`]; its pose cannot be changed.
+    /// They are joined with the fixed part as well, whose surfaces keep numbers and keys of their own. Instances that move are not
+    /// joined. The instance is removed by [`Self::remove_instance`]; its pose cannot be changed.
     ///
     /// # Errors
     /// As [`Self::add_instance`].
@@ -291,6 +314,13 @@ impl Scene {
         let names: Vec<String> = names.map(|material| material.name.clone()).collect();
         self.instances.slots[slot].placed = Some(placed);
         self.instances.joined += 1;
+        if self.instances.fixed.is_none() {
+            let fixed = Self {
+                instances: Instances::default(),
+                ..self.clone()
+            };
+            self.instances.fixed = Some(PlacedInstance::of_fixed(Arc::new(fixed)));
+        }
         self.instances.join(slot, &names, centre);
     }
 
@@ -337,6 +367,9 @@ impl Scene {
         if let Some(removed) = removed {
             self.instances.joined -= usize::from(removed.joint.is_some());
             self.instances.part_from(id.slot(), &removed, centre);
+            if self.instances.joined == 0 {
+                self.instances.fixed = None;
+            }
         }
         self.instances.rebuild_tree();
         self.rank_surfaces();
@@ -446,6 +479,10 @@ impl Scene {
         ranked.sort_unstable();
         large.clear();
         large.extend(ranked.iter().map(|(_, surface)| *surface));
+        self.instances.continued = match &self.instances.fixed {
+            Some(_) => ContinuedSurfaces::among(&large, |surface| self.surface(surface)),
+            None => ContinuedSurfaces::default(),
+        };
         self.instances.large = large;
     }
 

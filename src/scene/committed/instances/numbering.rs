@@ -20,6 +20,9 @@ pub const MOST_INSTANCES: usize = (1 << (31 - LOCAL_BITS)) - 1;
 const COMMON: usize = MOST_INSTANCES;
 pub(crate) const MOST_COMMON: usize = MOST_IN_A_PART - 1;
 
+/// Slot of the fixed part among joined ones: its numbers are its own.
+pub(super) const FIXED: usize = u16::MAX as usize;
+
 /// The number of a common surface.
 #[inline]
 pub(crate) fn common(index: u32) -> u32 {

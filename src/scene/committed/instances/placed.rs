@@ -6,10 +6,10 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3, Vec3};
 
 use super::joint::Joint;
-use super::pose::InstancePose;
+use super::pose::{InstanceId, InstancePose};
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Aabb, Ray};
-use crate::scene::committed::instances::numbering;
+use crate::scene::committed::instances::numbering::{self, FIXED};
 use crate::scene::edges::{Edge, EdgeNames, EdgeSet};
 use crate::scene::surface::Surface;
 use crate::scene::surface::key::instance_key;
@@ -46,22 +46,36 @@ impl Outline {
             add_corners_of(part, set, index, &mut own, &mut corners);
             first.push(corners.len() as u32);
         }
-        let bounds = |block: &[[u32; 3]]| {
-            let corners = block.iter().flatten();
-            corners.fold(Aabb::EMPTY, |bounds, &vertex| {
-                bounds.with_point(part.mesh.vertices[vertex as usize])
-            })
-        };
         Self {
             corners,
             first,
-            blocks: part.mesh.triangles.chunks(BLOCK).map(bounds).collect(),
+            blocks: blocks_of(part),
+        }
+    }
+
+    /// Of the fixed part, whose surfaces stay where they are: only the blocks.
+    fn of_fixed(part: &Scene) -> Self {
+        Self {
+            corners: Vec::new(),
+            first: Vec::new(),
+            blocks: blocks_of(part),
         }
     }
 
     fn corners(&self, surface: usize) -> &[Vec3] {
         &self.corners[self.first[surface] as usize..self.first[surface + 1] as usize]
     }
+}
+
+/// Bounds of every [`BLOCK`] triangles.
+fn blocks_of(part: &Scene) -> Vec<Aabb> {
+    let bounds = |block: &[[u32; 3]]| {
+        let corners = block.iter().flatten();
+        corners.fold(Aabb::EMPTY, |bounds, &vertex| {
+            bounds.with_point(part.mesh.vertices[vertex as usize])
+        })
+    };
+    part.mesh.triangles.chunks(BLOCK).map(bounds).collect()
 }
 
 /// Adds the distinct corners of a surface, or those of its box if they are many. `own` is scratch memory.
@@ -161,6 +175,27 @@ impl PlacedInstance {
         placed
     }
 
+    /// The fixed part as one that others are joined with: in the scene's own coordinates, under the scene's own numbers.
+    pub(super) fn of_fixed(fixed: Arc<Scene>) -> Self {
+        let blocks = Outline::of_fixed(&fixed);
+        let all = blocks.blocks.iter();
+        Self {
+            bounds: all.fold(Aabb::EMPTY, |bounds, block| bounds.union(block)),
+            surfaces: SurfaceList::Shared(fixed.surfaces().into()),
+            pose: InstancePose::at(InstanceId::new(FIXED as u16, 0), DVec3::ZERO),
+            outline: Arc::new(blocks),
+            axes: DMat3::IDENTITY,
+            origin: DVec3::ZERO,
+            joint: Some(Arc::new(Joint::default())),
+            part: fixed,
+        }
+    }
+
+    #[inline]
+    fn is_fixed(&self) -> bool {
+        self.pose.id.slot() == FIXED
+    }
+
     /// The same at rest for good: copies share its surfaces.
     pub(super) fn at_rest(mut self) -> Self {
         if let SurfaceList::Own(list) = &mut self.surfaces {
@@ -234,6 +269,7 @@ impl PlacedInstance {
     #[inline]
     pub(super) fn part_group(&self, group: u32) -> u32 {
         match numbering::split(group) {
+            _ if self.is_fixed() && !numbering::is_instance(group) => group,
             (slot, local) if numbering::is_instance(group) && slot == self.pose.id.slot() => local,
             _ => NO_GROUP,
         }
@@ -250,13 +286,19 @@ impl PlacedInstance {
     /// The scene's number of one of the part's surfaces, triangles or edges.
     #[inline]
     pub(super) fn scene_index(&self, local: u32) -> u32 {
-        numbering::global(self.pose.id.slot(), local)
+        match self.is_fixed() {
+            true => local,
+            false => numbering::global(self.pose.id.slot(), local),
+        }
     }
 
     /// An edge of the part, as committed, in the scene's coordinates.
     pub(super) fn edge(&self, local: &Edge) -> Edge {
         Edge {
-            key: instance_key(local.key, self.pose.id.bits()),
+            key: match self.is_fixed() {
+                true => local.key,
+                false => instance_key(local.key, self.pose.id.bits()),
+            },
             faces: local.faces.map(|face| self.surface_number(face)),
             ..self.moved(local)
         }
@@ -310,14 +352,30 @@ impl PlacedInstance {
         numbers
     }
 
-    /// Triangles of the part in a box in its coordinates, and others beside them.
-    pub(super) fn triangles_near(&self, low: DVec3, high: DVec3) -> impl Iterator<Item = u32> + '_ {
+    /// Blocks of the part's triangles that meet a box in its coordinates.
+    pub(super) fn blocks_near(&self, low: DVec3, high: DVec3) -> Vec<usize> {
+        let blocks = 0..self.outline.blocks.len();
+        blocks
+            .filter(|&block| self.is_block_near(block, low, high))
+            .collect()
+    }
+
+    fn is_block_near(&self, block: usize, low: DVec3, high: DVec3) -> bool {
+        let bounds = &self.outline.blocks[block];
+        bounds.min.as_dvec3().cmple(high).all() && bounds.max.as_dvec3().cmpge(low).all()
+    }
+
+    /// Triangles of some blocks in a box in the part's coordinates, and others beside them.
+    pub(super) fn triangles_near<'a>(
+        &'a self,
+        blocks: &'a [usize],
+        low: DVec3,
+        high: DVec3,
+    ) -> impl Iterator<Item = u32> + 'a {
         let count = self.part.mesh.triangles.len();
-        let blocks = self.outline.blocks.iter().enumerate();
-        let near = blocks.filter(move |(_, bounds)| {
-            bounds.min.as_dvec3().cmple(high).all() && bounds.max.as_dvec3().cmpge(low).all()
-        });
-        near.flat_map(move |(block, _)| {
+        let blocks = blocks.iter().copied();
+        let near = blocks.filter(move |&block| self.is_block_near(block, low, high));
+        near.flat_map(move |block| {
             let first = block * BLOCK;
             first as u32..(first + BLOCK).min(count) as u32
         })

@@ -191,14 +191,22 @@ impl Scene {
         if numbering::is_instance(index) {
             return self.instance_edge(index);
         }
+        if let Some(fixed) = &self.instances.fixed {
+            return fixed.edge_at(index).unwrap_or(NO_EDGE);
+        }
         let found = self.edges().as_slice().get(index as usize);
         *found.unwrap_or(&NO_EDGE)
     }
 
     /// All edges in local coordinates: those of the fixed part, and of each instance as joining has left them.
     pub fn all_edges(&self) -> impl Iterator<Item = Edge> + '_ {
-        let fixed = self.edges().as_slice().iter().copied();
-        fixed.chain(self.instances.placed().flat_map(|placed| {
+        let joined = self.instances.fixed.as_ref();
+        let fixed = match joined {
+            Some(_) => &[],
+            None => self.edges().as_slice(),
+        };
+        let placed = joined.into_iter().chain(self.instances.placed());
+        fixed.iter().copied().chain(placed.flat_map(|placed| {
             let own = 0..placed.part.edges().len() as u32;
             let further = placed.further_numbers();
             own.chain(further)
@@ -221,7 +229,7 @@ impl Scene {
                 Some((placed, local)) => (Some(placed), local),
                 None => (None, NO_GROUP),
             },
-            false => (None, index),
+            false => (self.instances.fixed.as_ref(), index),
         };
         let set = placed.map_or(self.edges(), |placed| placed.part.edges());
         let neighbours = match (local as usize) < set.len() {
@@ -250,8 +258,20 @@ impl Scene {
         longest_m: f64,
     ) -> DiffractingEdges {
         let (edges, mut near) = (self.edges(), DiffractingEdges::default());
-        edges.add_known(&mut near, known, (from, to), longest_m);
-        edges.add_crossings(&mut near, from, to, longest_m, &OwnEdges);
+        match &self.instances.fixed {
+            None => {
+                edges.add_known(&mut near, known, (from, to), longest_m, &OwnEdges);
+                edges.add_crossings(&mut near, from, to, longest_m, &OwnEdges);
+            }
+            Some(fixed) => {
+                let names = fixed.part_edges();
+                edges.add_known(&mut near, known, (from, to), longest_m, &names);
+                edges.add_crossings(&mut near, from, to, longest_m, &names);
+                if let Some((set, names)) = fixed.further_edges() {
+                    set.add_crossings(&mut near, from, to, longest_m, &names);
+                }
+            }
+        }
         for placed in self.instances.placed() {
             if placed.min_path_length_m(from, to) <= near.bound_m(longest_m) {
                 let (from, to) = (placed.point(from), placed.point(to));
@@ -290,7 +310,16 @@ impl Scene {
     pub fn outer_crossings(&self, from: DVec3, to: DVec3, longest_m: f64) -> DiffractingEdges {
         let mut near = DiffractingEdges::default();
         let edges = self.edges();
-        edges.add_outer_crossings(&mut near, (from, to), longest_m, &OwnEdges);
+        match &self.instances.fixed {
+            None => edges.add_outer_crossings(&mut near, (from, to), longest_m, &OwnEdges),
+            Some(fixed) => {
+                let names = fixed.part_edges();
+                edges.add_outer_crossings(&mut near, (from, to), longest_m, &names);
+                if let Some((edges, names)) = fixed.further_edges() {
+                    edges.add_outer_crossings(&mut near, (from, to), longest_m, &names);
+                }
+            }
+        }
         for placed in self.instances.placed() {
             if placed.min_path_length_m(from, to) <= near.bound_m(longest_m) {
                 let ends = (placed.point(from), placed.point(to));
@@ -325,11 +354,35 @@ impl Scene {
         near
     }
 
+    /// The same over edges of the fixed part only.
+    pub fn first_crossings_of_fixed(
+        &self,
+        from: DVec3,
+        to: DVec3,
+        longest_m: f64,
+    ) -> DiffractingEdges {
+        let Some(fixed) = &self.instances.fixed else {
+            return self.edges().first_crossings(from, to, longest_m);
+        };
+        let (mut near, ends) = (DiffractingEdges::default(), (from, to));
+        let names = fixed.part_edges();
+        self.edges()
+            .add_first_crossings(&mut near, ends, longest_m, &names);
+        if let Some((edges, names)) = fixed.further_edges() {
+            edges.add_first_crossings(&mut near, ends, longest_m, &names);
+        }
+        near
+    }
+
     /// Whether a commit has searched for a line of sight between two edges: both are of the fixed part, or of one part and
     /// neither a further piece that joining has added.
     pub fn is_committed_pair(&self, a: u32, b: u32) -> bool {
         let is_further = |edge: u32| {
-            let found = self.instances.of(edge);
+            let fixed = self.instances.fixed.as_ref().map(|fixed| (fixed, edge));
+            let found = match numbering::is_instance(edge) {
+                true => self.instances.of(edge),
+                false => fixed,
+            };
             let joint = found.and_then(|(placed, local)| Some((placed.joint.as_ref()?, local)));
             joint.is_some_and(|(joint, local)| joint.edges.is_further(local))
         };
@@ -342,9 +395,26 @@ impl Scene {
         if !self.has_instances() {
             return self.edges().mirrors(index);
         }
+        if let Some(merged) = self.instances.continued.merged() {
+            let edge = self.edge(index);
+            let is_face = |surface: u32| {
+                edge.faces.contains(&surface)
+                    || self
+                        .continued_by(surface)
+                        .is_some_and(|other| edge.faces.contains(&other))
+            };
+            let mirrors = merged.iter().filter(|(surface, _)| !is_face(*surface));
+            return choose(&edge, mirrors.map(|(surface, merged)| (*surface, merged)));
+        }
         let large = self.instances.large_surfaces().iter();
         let named = large.map(|&surface| (surface, self.surface(surface)));
         choose(&self.edge(index), named)
+    }
+
+    /// The other one of two large surfaces in one plane of which the fixed part has one and joined parts the other.
+    #[inline]
+    pub fn continued_by(&self, surface: u32) -> Option<u32> {
+        self.instances.continued.other(surface)
     }
 
     /// Distance in metres from a point of a surface to the nearest edge that it ends at, if that is below `within_m`. Edges
@@ -360,7 +430,11 @@ impl Scene {
         if numbering::is_instance(surface) {
             return self.instance_edge_distance_m(surface, point, in_front, within_m);
         }
-        self.edges().distance_m(surface, point, in_front, within_m)
+        let fixed = self.instances.fixed.as_ref();
+        let joint = fixed.and_then(|fixed| fixed.joint.as_ref());
+        joint
+            .and_then(|joint| joint.rims.distance_m(surface, point, in_front, within_m))
+            .unwrap_or_else(|| self.edges().distance_m(surface, point, in_front, within_m))
     }
 
     /// Whether the scene has edges.
@@ -418,6 +492,14 @@ impl Scene {
         }
         let mut members = self.instances.members_at(surface, point, NEAR_M);
         members.any(|(placed, member)| placed.mirrors_at(member.local, placed.point(point)))
+    }
+
+    /// Finite panels of the fixed part that go on in a joined one, ascending.
+    #[inline]
+    pub(crate) fn continued_panels(&self) -> &[u32] {
+        let fixed = self.instances.fixed.as_ref();
+        let joint = fixed.and_then(|fixed| fixed.joint.as_ref());
+        joint.map_or(&[], |joint| joint.rims.continued())
     }
 
     #[inline(never)]

@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 
 use super::super::mesh::TriangleMesh;
 use super::super::weld::sorted_edges;
-use super::key;
+use super::{Surface, key};
 use crate::binary::stored;
 pub use fit::CurvedShape;
 
@@ -44,6 +44,9 @@ const NORMAL_DEG: f64 = 2.0;
 const MOST_COMBINED: usize = 4;
 const LEAST_COMBINED: f64 = 0.01;
 
+/// Distance in metres by which a plane may miss the centre or the axis of a shape that it mirrors onto itself.
+const PRESERVED_M: f64 = 5e-3;
+
 /// Most curved surfaces of a scene, the largest ones; others stay facets.
 const MOST_CURVED: usize = 32;
 
@@ -62,6 +65,25 @@ pub struct CurvedSurface {
     pub facet_m: f64,
     /// Largest distance of a facet from the shape in metres.
     pub unevenness_m: f64,
+}
+
+impl CurvedSurface {
+    /// Whether a plane mirrors the shape onto itself, such as a floor through a dome's centre or a vault's end wall: paths may
+    /// meet the surface before and after it.
+    pub(crate) fn is_preserved_by(&self, plane: &Surface) -> bool {
+        let shape = &self.shape;
+        let off_m = |point: DVec3| plane.distance_m(point).abs();
+        match shape.axis {
+            Some(axis) if plane.normal.dot(axis).abs() > 0.5 => {
+                plane.normal.cross(axis).length() * shape.radius_m < PRESERVED_M
+            }
+            Some(axis) => {
+                let end = |side: f64| shape.centre + side * self.half_m[1] * axis;
+                off_m(end(1.0)).max(off_m(end(-1.0))) < PRESERVED_M
+            }
+            None => off_m(shape.centre) < PRESERVED_M,
+        }
+    }
 }
 
 /// The curved surfaces of a mesh, largest first.

@@ -2,8 +2,8 @@
 //!
 //! What a face of another part does to an edge is what a face of its own part would do ([`crate::scene::edges::contacts`]):
 //! it takes its part of the air around the edge. The rim of a floor that goes on in the next chunk is no edge, a wall of one
-//! chunk on the floor of another is a wedge. The same wedge is found from both parts; the part of the lower slot keeps it.
-//! An edge keeps its number and its visible neighbours; further pieces have numbers beyond those of the part.
+//! chunk on the floor of another is a wedge. The same wedge is found from both parts; the fixed part or that of the lower slot
+//! keeps it. An edge keeps its number and its visible neighbours; further pieces have numbers beyond those of the part.
 
 use glam::DVec3;
 
@@ -11,6 +11,7 @@ use super::Neighbours;
 use crate::geometry::Ray;
 use crate::scene::committed::instances::Instances;
 use crate::scene::committed::instances::joint::Outcome;
+use crate::scene::committed::instances::numbering::FIXED;
 use crate::scene::committed::instances::placed::PlacedInstance;
 use crate::scene::edges::{Contact, Edge, FLUSH_M, LEAST_LENGTH_M, contacts, pieces};
 use crate::scene::surface::key::edge_key;
@@ -48,7 +49,10 @@ pub(super) fn contacts_with(
         .map(|&edge| other.to_local(&part.committed_edge(edge)))
         .collect();
     let mesh = &other.part.mesh;
-    let near = |low, high| other.triangles_near(low, high);
+    // The fixed part may be a hundred times as large as what lies beside these edges.
+    let (low, high) = other.local_box(&part.bounds, GAP_M);
+    let blocks = other.blocks_near(low, high);
+    let near = |low, high| other.triangles_near(&blocks, low, high);
     let found = contacts(
         &moved,
         &mesh.vertices,
@@ -113,7 +117,10 @@ pub(super) fn resolve(
             };
             let goes_on = || {
                 let mut others = near.iter();
-                others.any(|(other, next)| *other != slot && continues(piece, point, next))
+                others.any(|(other, next)| {
+                    let with_fixed = slot == FIXED || *other == FIXED;
+                    *other != slot && continues(piece, point, next, with_fixed)
+                })
             };
             was_free && !goes_on() && !is_closed()
         });
@@ -162,7 +169,7 @@ fn without_equals(piece: Edge, slot: usize, near: &[(usize, Edge)], left: &mut V
     let mut spans = vec![[0.0, piece.length_m]];
     for (_, other) in near
         .iter()
-        .filter(|(of, other)| *of < slot && is_same_wedge(&piece, other))
+        .filter(|(of, other)| keeps(*of, slot) && is_same_wedge(&piece, other))
     {
         let ends = [other.origin, other.at(other.length_m)];
         let [a, b] = ends.map(|end| (end - piece.origin).dot(piece.direction));
@@ -182,6 +189,11 @@ fn without_equals(piece: Edge, slot: usize, near: &[(usize, Edge)], left: &mut V
     }));
 }
 
+/// Whether the part of a slot keeps an edge that it has in common with another one's.
+fn keeps(slot: usize, other: usize) -> bool {
+    slot == FIXED || slot < other && other != FIXED
+}
+
 /// Whether two edges lie on one line and have the same exterior wedge.
 fn is_same_wedge(a: &Edge, b: &Edge) -> bool {
     a.direction.dot(b.direction).abs() > SAME_LINE
@@ -191,12 +203,12 @@ fn is_same_wedge(a: &Edge, b: &Edge) -> bool {
         && a.outward().dot(b.outward()) > SAME_WEDGE
 }
 
-/// Whether another edge between the same surfaces begins where a piece ends.
-fn continues(piece: &Edge, end: DVec3, next: &Edge) -> bool {
+/// Whether another edge between the same surfaces begins where a piece ends. Those of the fixed part have other numbers.
+fn continues(piece: &Edge, end: DVec3, next: &Edge, with_fixed: bool) -> bool {
     let along = (end - next.origin).dot(next.direction);
     let has_same_faces =
         next.faces == piece.faces || next.faces == [piece.faces[1], piece.faces[0]];
-    has_same_faces
+    (has_same_faces || with_fixed)
         && (-GAP_M..=next.length_m + GAP_M).contains(&along)
         && is_same_wedge(piece, next)
 }

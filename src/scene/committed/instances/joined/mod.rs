@@ -7,8 +7,11 @@
 //!
 //! Small pieces of a part at its bounds are panels together with those that they touch ([`pieces`]).
 //!
+//! The fixed part is one of them: its edges and boundaries change as those of a part, under numbers and keys of its own. Its
+//! surfaces are no common ones, so a path's identity changes where its reflection point crosses the border.
+//!
 //! Not joined: curved surfaces, which only scatter in a part; rough regions, which each part flattens on its own planes; and
-//! the fixed part.
+//! small pieces of the fixed part with what continues them.
 
 pub(super) mod common;
 mod edges;
@@ -24,6 +27,7 @@ use crate::geometry::Aabb;
 use crate::scene::Scene;
 use crate::scene::committed::instances::Instances;
 use crate::scene::committed::instances::joint::{JoinedEdges, JoinedRims, Joint};
+use crate::scene::committed::instances::numbering::FIXED;
 use crate::scene::committed::instances::placed::PlacedInstance;
 use common::Member;
 use edges::{contacts_with, edges_near, resolve};
@@ -61,8 +65,10 @@ impl Neighbours {
             let placed = slot.placed.as_ref().filter(|p| p.joint.is_some())?;
             Some((at, placed.bounds))
         });
+        let fixed = instances.fixed.iter().map(|fixed| (FIXED, fixed.bounds));
         Self {
             list: placed
+                .chain(fixed)
                 .filter(|(at, other)| *at != slot && is_near(other))
                 .collect(),
         }
@@ -266,15 +272,14 @@ impl Instances {
                     rims::renew(&mut joint.rims, self, placed, other, &around);
                 }
             }
-            if let Some(placed) = self.slots[at].placed.as_mut() {
+            if let Some(placed) = self.at_mut(at) {
                 placed.joint = Some(Arc::new(joint));
             }
         }
     }
 
     fn change_joint(&mut self, slot: usize, change: impl FnOnce(&mut Joint)) {
-        let placed = self.slots[slot].placed.as_mut();
-        if let Some(joint) = placed.and_then(|placed| placed.joint.as_mut()) {
+        if let Some(joint) = self.at_mut(slot).and_then(|placed| placed.joint.as_mut()) {
             change(Arc::make_mut(joint));
         }
     }

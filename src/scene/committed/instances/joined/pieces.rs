@@ -9,8 +9,10 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::Neighbours;
+use super::rims::has_panel_at;
 use crate::geometry::Aabb;
 use crate::scene::committed::instances::Instances;
+use crate::scene::committed::instances::numbering::FIXED;
 use crate::scene::committed::instances::placed::PlacedInstance;
 
 /// Distance in metres from the outline of a piece at which another one begins.
@@ -230,6 +232,11 @@ impl<'a> Search<'a> {
         let surface = placed.part.surface_set().border().as_slice()[piece as usize].surface;
         let number = placed.surface_number(surface);
         let found = self.instances.at(other);
+        if let Some(fixed) = found.filter(|_| other == FIXED) {
+            let own = &placed.surfaces[surface as usize];
+            let is_on_panel = |at| has_panel_at(fixed, own, at, own.normal.as_vec3());
+            return (placed.points_beside(piece).any(is_on_panel), touched);
+        }
         let found = found.zip(self.instances.member(number, other));
         let Some((part, member)) = found else {
             return (false, touched);

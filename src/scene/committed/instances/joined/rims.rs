@@ -3,11 +3,15 @@
 use glam::{DVec3, Vec3};
 
 use super::Neighbours;
+use crate::geometry::Ray;
+use crate::geometry::bvh::NO_GROUP;
 use crate::scene::committed::instances::Instances;
 use crate::scene::committed::instances::joint::JoinedRims;
+use crate::scene::committed::instances::numbering::FIXED;
 use crate::scene::committed::instances::placed::PlacedInstance;
 use crate::scene::edges::FreeBoundary;
 use crate::scene::surface::finite_panel::is_free;
+use crate::scene::surface::{SAME_PLANE_ANGLE_DEG, Surface};
 
 /// Distance in metres from another part's bounds within which it may continue a surface.
 pub(super) const REACH_M: f64 = 0.05;
@@ -112,16 +116,38 @@ fn goes_on(
     let number = placed.surface_number(surface);
     let normal = placed.part.surfaces()[surface as usize].normal;
     let across = normal.cross(along.as_dvec3()).normalize_or_zero();
+    let beside = [across, -across].map(|aside| {
+        let beside = (at.as_dvec3() + ASIDE_M * aside).as_vec3();
+        placed.to_scene(beside)
+    });
+    let up = placed.direction(normal.as_vec3());
     let slots: Vec<usize> = neighbours.at(placed.to_scene(at), REACH_M).collect();
     slots.into_iter().any(|slot| {
-        let member = instances.member(number, slot);
-        let other = instances.at(slot).zip(member);
-        other.is_some_and(|(other, member)| {
-            [across, -across].into_iter().any(|aside| {
-                let beside = (at.as_dvec3() + ASIDE_M * aside).as_vec3();
-                let beside = other.point(placed.to_scene(beside));
-                other.mirrors_at(member.local, beside)
-            })
+        let Some(other) = instances.at(slot) else {
+            return false;
+        };
+        let is_with_fixed = slot == FIXED || placed.pose.id.slot() == FIXED;
+        beside.into_iter().any(|beside| match is_with_fixed {
+            true => {
+                let own = &placed.surfaces[surface as usize];
+                has_panel_at(other, own, beside, up)
+            }
+            false => instances
+                .member(number, slot)
+                .is_some_and(|member| other.mirrors_at(member.local, other.point(beside))),
         })
+    })
+}
+
+/// Whether a part has a panel in the plane and of the material of another one's surface at a point, in the scene's coordinates.
+pub(super) fn has_panel_at(part: &PlacedInstance, surface: &Surface, at: DVec3, up: Vec3) -> bool {
+    let [above, below] = [1.0, -1.0].map(|side| (at + side * ASIDE_M * up.as_dvec3()).as_vec3());
+    let ray = part.ray(&Ray::between(above, below));
+    let hit = part.part.bvh().closest_hit(&ray, [NO_GROUP; 2]);
+    hit.is_some_and(|hit| {
+        let own = &part.surfaces[hit.group as usize];
+        own.material == surface.material
+            && own.normal.dot(surface.normal).abs() >= SAME_PLANE_ANGLE_DEG.to_radians().cos()
+            && part.is_panel(hit.triangle)
     })
 }
