@@ -13,7 +13,8 @@ use parts::*;
 /// Few rays: paths over two edges do not depend on them.
 fn settings(diffraction_order: usize) -> PropagationSettings {
     PropagationSettings {
-        guide_rays: 64,
+        // All surfaces of single reflections are found at once: an edge continues those alone that are not.
+        guide_rays: 1024,
         source_rays: 16,
         depth: 1,
         diffraction_order,

@@ -19,7 +19,7 @@ use foresound::propagation::rays::directions::{ROTATIONS, fibonacci_direction, l
 use foresound::propagation::{
     MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathSet, PropagationSettings, amplitude,
 };
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use foresound::scene::edges::DiffractingEdges;
 use foresound::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
@@ -41,9 +41,24 @@ pub struct PlainPropagator {
     /// Poses of the instances, the update since which they hold, and those of the field.
     instances: (Vec<InstancePose>, u64, Option<Vec<InstancePose>>),
     states: Vec<SourceState>,
-    /// Sequences hit by guide rays and the update of their last hit, the newest first.
-    history: Vec<(Sequence, u64)>,
+    /// Origin of the last guide rays of each rotation, and the update since which the scene had been as it was.
+    casts: [Option<(DVec3, u64)>; ROTATIONS as usize],
+    /// Sequences hit by guide rays, the newest first.
+    history: Vec<Known>,
 }
+
+/// A sequence hit by guide rays.
+struct Known {
+    sequence: Sequence,
+    /// One bit for each rotation whose last rays hit it.
+    rotations: u16,
+    /// Update and listener when rays last hit it or a rotation lost it.
+    update: u64,
+    ear: Vec3,
+}
+
+/// Most sequences that are kept.
+const KEPT: usize = 4096;
 
 /// Candidates up to which an update adds sequences that its rays did not hit.
 const CANDIDATES: usize = 1024;
@@ -57,6 +72,7 @@ impl PlainPropagator {
             settings,
             update: 0,
             states: Vec::new(),
+            casts: Default::default(),
             history: Vec::new(),
         }
     }
@@ -105,11 +121,79 @@ impl PlainPropagator {
 
     fn guide(&mut self, listener: &ListenerPose) -> Vec<Sequence> {
         let scene = &*Arc::clone(&self.scene);
-        let turn = rotation(self.update, self.settings.seed);
+        let ear = scene.to_local(listener.position);
+        let since = self.instances.1;
+        let mut met_now = Vec::new();
+        let mut casts = 0;
+        for turn in self.update..self.update + ROTATIONS {
+            let number = (turn % ROTATIONS) as usize;
+            let origin = stable_viewpoint(scene, ear, turn, &mut 0);
+            let is_in_turn = turn == self.update;
+            let is_valid =
+                |(at, state): (DVec3, u64)| at == origin && (state == since || !is_in_turn);
+            if casts == 2 || self.casts[number].is_some_and(is_valid) {
+                continue;
+            }
+            casts += 1;
+            self.casts[number] = Some((origin, since));
+            let bit = 1 << number;
+            for known in self
+                .history
+                .iter_mut()
+                .filter(|known| known.rotations & bit != 0)
+            {
+                known.rotations &= !bit;
+                (known.update, known.ear) = (self.update, ear.as_vec3());
+            }
+            for sequence in self.hit(origin, turn) {
+                let old = self
+                    .history
+                    .iter()
+                    .position(|known| known.sequence == sequence);
+                let rotations = old.map_or(0, |old| self.history.remove(old).rotations);
+                add(&mut met_now, sequence);
+                self.history.push(Known {
+                    sequence,
+                    rotations: rotations | bit,
+                    update: self.update,
+                    ear: ear.as_vec3(),
+                });
+            }
+        }
+        let is_new = |known: &Known| met_now.contains(&known.sequence);
+        let order = |known: &Known| met_now.iter().position(|met| *met == known.sequence);
+        let (mut new, old): (Vec<_>, Vec<_>) = self.history.drain(..).partition(is_new);
+        new.sort_by_key(order);
+        let mut found = Vec::new();
+        for known in new.iter().chain(&old) {
+            if found.len() < new.len().max(KEPT) {
+                add(&mut found, least_order(scene, known.sequence.surfaces()));
+            }
+        }
+        let hit = old.iter().filter(|known| known.rotations != 0).count();
+        let mut left = KEPT.saturating_sub(new.len() + hit);
+        self.history = new;
+        for known in old {
+            let is_young = known.update >= since || self.update - known.update < 4 * ROTATIONS;
+            let is_near = known.ear.distance(ear.as_vec3()) <= 4.0;
+            if known.rotations != 0 || is_young && is_near && left > 0 {
+                left -= usize::from(known.rotations == 0);
+                self.history.push(known);
+            }
+        }
+        self.history.truncate(KEPT);
+        self.expand(&mut found);
+        found
+    }
+
+    /// The sequences that the guide rays of a rotation hit, each once.
+    fn hit(&self, origin: DVec3, rotation_number: u64) -> Vec<Sequence> {
+        let scene = &*self.scene;
+        let turn = rotation(rotation_number, self.settings.seed);
         let mut found = Vec::new();
         for index in 0..self.settings.guide_rays {
             let direction = turn * fibonacci_direction(index, self.settings.guide_rays);
-            let mut ray = Ray::new(scene.to_local(listener.position).as_vec3(), direction);
+            let mut ray = Ray::new(origin.as_vec3(), direction);
             let mut met = Vec::new();
             while met.len() < self.settings.depth {
                 let last = met.first().copied().unwrap_or(NO_GROUP);
@@ -126,18 +210,6 @@ impl PlainPropagator {
                 ray = Ray::new(ray.at(hit.t), onward);
             }
         }
-        let mut old = std::mem::take(&mut self.history);
-        old.retain(|(sequence, _)| !found.contains(sequence));
-        self.history = found.iter().map(|s| (*s, self.update)).collect();
-        for (sequence, _) in &old {
-            if found.len() < CANDIDATES {
-                add(&mut found, least_order(scene, sequence.surfaces()));
-            }
-        }
-        old.retain(|(_, seen)| self.update - seen < 4 * ROTATIONS);
-        self.history.extend(old);
-        self.history.truncate(4096);
-        self.expand(&mut found);
         found
     }
 

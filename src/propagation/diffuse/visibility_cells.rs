@@ -23,8 +23,8 @@ pub const GROUPS: usize = GROUPS_PER_ROTATION * ROTATIONS as usize;
 /// shadow rays per step, larger ones blur shadow boundaries.
 const CELLS_M: [f32; 3] = [0.5, 0.125, 0.031_25];
 
-/// The same around a source that moves: its rays start at a cell's centre, another cell for each rotation, and are cast again in the
-/// next cell. Smaller cells cost more rays, larger ones blur the source's position (`tests/moving_late.rs`).
+/// The same around a source that moves, and around the listener for guide rays: rays start at a cell's centre, another cell for each
+/// rotation, and are cast again in the next cell. Smaller cells cost more rays, larger ones blur the source's position (`tests/moving_late.rs`).
 pub(crate) const SOURCE_CELLS_M: [f32; 3] = [2.0, 0.5, 0.125];
 
 /// The viewpoints of one listener.
@@ -70,7 +70,7 @@ impl VisibilityCells {
     }
 }
 
-/// A viewpoint near a source and visible from it, constant within a cell, one per rotation; local coordinates. Adds the
+/// A viewpoint near a position and visible from it, constant within a cell, one per rotation; local coordinates. Adds the
 /// rays cast to `rays`.
 pub fn stable_viewpoint(scene: &Scene, source: DVec3, rotation: u64, rays: &mut u64) -> DVec3 {
     let group = (rotation % ROTATIONS) as usize * GROUPS_PER_ROTATION;
@@ -78,7 +78,7 @@ pub fn stable_viewpoint(scene: &Scene, source: DVec3, rotation: u64, rays: &mut 
 }
 
 /// The centre of the largest of a group's cells, of the edge lengths `cells_m`, that is visible from a position.
-pub(crate) fn find_viewpoint(
+fn find_viewpoint(
     scene: &Scene,
     position: Vec3,
     group: usize,

@@ -165,13 +165,11 @@ impl DiscoveryHistory {
             }
         }
         let mut order = std::mem::take(&mut self.order);
+        order.retain(|entry| self.listed_in[*entry as usize] != update);
         let is_hit = |history: &Self, entry: u32| history.rotations[entry as usize] != 0;
         let hit = order.iter().filter(|entry| is_hit(self, **entry)).count();
         let mut left = Self::CAPACITY.saturating_sub(self.next.len() + hit);
         for entry in order.drain(..) {
-            if self.listed_in[entry as usize] == update {
-                continue;
-            }
             let is_hit = is_hit(self, entry);
             let last_met = self.last_met[entry as usize];
             let is_near = self.met_at[entry as usize].distance(visit.listener) <= KEPT_M;
@@ -286,7 +284,8 @@ mod tests {
         let mut seed = 5;
         for update in 0..200 {
             let many = match update < 80 {
-                true => [3, 400, 900, 5000][(update % 4) as usize],
+                // An update adds as many as are kept, at most.
+                true => [3, 400, 900, 4000][(update % 4) as usize],
                 false => 5,
             };
             let rotation = match update % 5 {

@@ -5,12 +5,9 @@
 
 use glam::Vec3;
 
-use crate::propagation::diffuse::visibility_cells::{GROUPS_PER_ROTATION, find_viewpoint};
+use crate::propagation::diffuse::stable_viewpoint;
 use crate::propagation::rays::directions::ROTATIONS;
 use crate::scene::Scene;
-
-/// Edge lengths of the cells in metres, largest first; the centre of the smallest is not tested.
-const CELLS_M: [f32; 3] = [2.0, 0.5, 0.125];
 
 /// The origins of one listener's rays.
 #[derive(Debug, Clone, Default)]
@@ -28,9 +25,8 @@ impl GuideOrigins {
         }
         self.of = Some((listener, scene_state));
         let mut rays = 0;
-        for (rotation, origin) in self.origins.iter_mut().enumerate() {
-            let group = rotation * GROUPS_PER_ROTATION;
-            *origin = find_viewpoint(scene, listener, group, &CELLS_M, &mut rays);
+        for (rotation, origin) in (0..).zip(&mut self.origins) {
+            *origin = stable_viewpoint(scene, listener.as_dvec3(), rotation, &mut rays).as_vec3();
         }
         rays
     }
