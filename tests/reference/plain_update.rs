@@ -124,6 +124,10 @@ impl PlainPropagator {
         let ear = scene.to_local(listener.position);
         let since = self.instances.1;
         let mut met_now = Vec::new();
+        let most = match self.update {
+            0 => 4,
+            _ => 2,
+        };
         let mut casts = 0;
         for turn in self.update..self.update + ROTATIONS {
             let number = (turn % ROTATIONS) as usize;
@@ -131,7 +135,7 @@ impl PlainPropagator {
             let is_in_turn = turn == self.update;
             let is_valid =
                 |(at, state): (DVec3, u64)| at == origin && (state == since || !is_in_turn);
-            if casts == 2 || self.casts[number].is_some_and(is_valid) {
+            if casts == most || self.casts[number].is_some_and(is_valid) {
                 continue;
             }
             casts += 1;

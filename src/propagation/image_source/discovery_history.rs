@@ -99,6 +99,11 @@ impl DiscoveryHistory {
     /// Most sequences that are kept, and that an update tries. In a concert hall sixteen rotations hit about 5,000.
     pub const CAPACITY: usize = 4096;
 
+    /// Whether no rotation has been cast.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.casts.iter().all(Option::is_none)
+    }
+
     /// Whether the rays of a rotation have to be cast. Of those that a change of the scene has overtaken only the one in turn is.
     pub(crate) fn is_due(&self, rotation: usize, cast: &GuideCast, is_in_turn: bool) -> bool {
         let Some(last) = self.casts[rotation] else {

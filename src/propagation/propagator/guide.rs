@@ -12,15 +12,16 @@ use crate::propagation::rays::prefix_set::PrefixSet;
 use crate::scene::Scene;
 
 /// Most rotations that are cast in one update: a walking listener leaves the cells of one or two between two asynchronous
-/// updates. After a jump all are due, and eight updates cast them.
+/// updates. After a jump all are due, and eight updates cast them. The first update of all knows nothing else.
 const MAX_CASTS: usize = 2;
+const MAX_FIRST_CASTS: usize = 4;
 
 /// The rotations that are cast.
 #[derive(Debug)]
 pub(super) struct GuideCasts<'a> {
     count: usize,
-    rotations: [(usize, GuideCast); MAX_CASTS],
-    rays: [GuideRays<'a>; MAX_CASTS],
+    rotations: [(usize, GuideCast); MAX_FIRST_CASTS],
+    rays: [GuideRays<'a>; MAX_FIRST_CASTS],
 }
 
 impl<'a> GuideCasts<'a> {
@@ -39,11 +40,16 @@ impl<'a> GuideCasts<'a> {
         };
         let mut casts = Self {
             count: 0,
-            rotations: [(0, cast); MAX_CASTS],
-            rays: [nothing; MAX_CASTS],
+            rotations: [(0, cast); MAX_FIRST_CASTS],
+            rays: [nothing; MAX_FIRST_CASTS],
+        };
+        let most = match (cast.rays, history.is_empty()) {
+            (0, _) => 0,
+            (_, true) => MAX_FIRST_CASTS,
+            (_, false) => MAX_CASTS,
         };
         for step in 0..ROTATIONS {
-            if casts.count == MAX_CASTS || cast.rays == 0 {
+            if casts.count == most {
                 break;
             }
             let number = ((round + step) % ROTATIONS) as usize;
@@ -95,7 +101,7 @@ impl<'a> GuideCasts<'a> {
 pub(super) struct GuideShare {
     prefixes: PrefixSet,
     /// Sequences of each cast.
-    found: [Vec<Sequence>; MAX_CASTS],
+    found: [Vec<Sequence>; MAX_FIRST_CASTS],
     pub(super) rays: u64,
 }
 
