@@ -133,16 +133,6 @@ fn a_dome_focuses_again_what_it_has_reflected() {
     let scene = dome();
     let paths = heard(&scene, SOURCE, LISTENER);
     let found = twice(&paths);
-    for p in &paths {
-        eprintln!(
-            "{} {} {:?} {:.4} {:?}",
-            p.order,
-            p.length_m,
-            p.points(),
-            p.amplitude[4],
-            at_dome(p)
-        );
-    }
     let patterns = |found: &[&Path]| -> BTreeSet<String> {
         found
             .iter()

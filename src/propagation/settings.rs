@@ -19,7 +19,8 @@ use crate::error::{Error, Result};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PropagationSettings {
-    /// Guide rays from the listener, 1 to 65,536. The paper: 1,024.
+    /// Guide rays of each of sixteen rotations, 1 to 65,536: cast when the listener enters another cell of two metres, at most
+    /// two rotations an update. The paper: 1,024.
     pub guide_rays: u32,
     /// Source rays of each source, 1 to 65,536. The paper: 128.
     pub source_rays: u32,

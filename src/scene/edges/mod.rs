@@ -254,7 +254,8 @@ impl EdgeSet {
         &self.large
     }
 
-    /// Adds paths over `known` edges, of which others are not of the set, to a list: with short paths in the list, [`Self::add_crossings`] ends sooner.
+    /// Adds paths over those of the `known` edges that are of the set to a list: with short paths in the list,
+    /// [`Self::add_crossings`] ends sooner.
     pub(super) fn add_known(
         &self,
         near: &mut DiffractingEdges,
