@@ -220,3 +220,44 @@ fn frames_are_in_time_though_voices_wait_for_fades() {
     assert!(paths.iter().sum::<u32>() > 300, "{paths:?}");
     assert_eq!(late, 0);
 }
+
+/// At 5 m/s no path may be extrapolated over the usual distance: what a frame takes would be twice the budget, and frames that
+/// come late are the worst of it.
+#[test]
+fn frames_of_a_run_among_moving_sources_are_in_time() {
+    const SPEED_M_S: f32 = 5.0;
+    let hall = procedural::concert_hall();
+    let table = MaterialTable::built_in();
+    let scene = Scene::commit(&hall.mesh, &table, &SceneSettings::default()).expect("commits");
+    let mut settings = EngineSettings::default();
+    settings.generation.max_sources = 16;
+    let clock = VirtualClock::at_level(RATE_HZ, 24);
+    let mut engine = VirtualEngine::new(settings, clock).expect("settings");
+    let controller = engine.controller();
+    controller.set_scene(Arc::new(scene)).expect("a scene");
+    let places = hall.sources.iter().take(16).map(|(_, place)| *place);
+    let places: Vec<Vec3> = places.collect();
+    let ids = places.iter().map(|place| controller.add_source(*place));
+    let ids: Vec<SourceId> = ids.collect::<Result<_, _>>().expect("slots");
+    let along = (hall.walk.to - hall.walk.from).normalize();
+    let (mut late, mut counted) = (0, 0);
+    for frame in 1..=220_u32 {
+        let time_s = frame as f32 / RATE_HZ as f32;
+        let sway = Vec3::X * (2.0 * time_s).sin();
+        let sources = ids.iter().zip(&places);
+        let sources: Vec<SourcePose> = sources
+            .map(|(id, place)| SourcePose::at(*id, *place + sway))
+            .collect();
+        let listener = ListenerPose::facing(hall.walk.from + along * (SPEED_M_S * time_s), 0.0);
+        engine
+            .next_frame(listener, &sources, |_| ())
+            .expect("valid poses");
+        // The first frames show how much work there is.
+        if frame > 60 {
+            counted += 1;
+            late += u32::from(engine.controller().frame_numbers().tick() < u64::from(frame));
+        }
+    }
+    println!("{late} of {counted} frames late");
+    assert!(late <= counted / 5, "{late} of {counted} frames late");
+}

@@ -10,7 +10,7 @@ use glam::Vec3;
 use crate::acoustics::BANDS;
 use crate::extrapolation::frame::FramePath;
 use crate::extrapolation::geometric::JUMP_M;
-use crate::extrapolation::line_extrapolation::{PathLine, frames_ahead};
+use crate::extrapolation::line_extrapolation::{ExtrapolationReach, PathLine};
 use crate::propagation::diffraction::{DirectField, MAX_DIRECT_EDGES};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::transmission::{is_blocked, unoccluded_path};
@@ -31,7 +31,7 @@ struct SourceField {
 pub(super) struct DirectLines {
     fields: Vec<Option<SourceField>>,
     frame: u64,
-    every: u64,
+    reach: ExtrapolationReach,
 }
 
 impl DirectLines {
@@ -40,10 +40,10 @@ impl DirectLines {
         self.fields.reserve(sources);
     }
 
-    /// Begins or resumes a graphics frame, which computes the fields of one source in `every`.
-    pub(super) fn begin(&mut self, sources: usize, every: u32) {
-        self.every = every.into();
-        match every > 1 {
+    /// Begins or resumes a graphics frame, which computes the fields of one source in [`ExtrapolationReach::every`].
+    pub(super) fn begin(&mut self, sources: usize, reach: ExtrapolationReach) {
+        self.reach = reach;
+        match reach.every > 1 {
             true => self.fields.resize(sources, None),
             false => self.fields.clear(),
         }
@@ -67,11 +67,11 @@ impl DirectLines {
         let is_turn = self
             .frame
             .wrapping_add(index as u64)
-            .is_multiple_of(self.every);
+            .is_multiple_of(self.reach.every.into());
         if is_turn || !own.continues(endpoints, self.frame) {
             return None;
         }
-        let reach = frames_ahead(&own.endpoints, endpoints, self.every as u32);
+        let reach = self.reach.frames(&own.endpoints, endpoints);
         (own.endpoints, own.used) = (*endpoints, self.frame);
         let is_blocked = is_blocked(scene, endpoints.from, endpoints.to, rays);
         if is_blocked == (own.field.through == [1.0; BANDS]) {
@@ -118,7 +118,12 @@ impl DirectLines {
             let path = paths.get(n)?;
             let lines = before.into_iter().flat_map(|before| before.lines.iter());
             let line = lines.flatten().find(|line| line.id() == path.id);
-            Some(PathLine::through(path, self.frame, line, self.every))
+            Some(PathLine::through(
+                path,
+                self.frame,
+                line,
+                self.reach.every.into(),
+            ))
         });
         *own = Some(SourceField {
             endpoints: *endpoints,

@@ -10,6 +10,7 @@ use super::tracking::match_by_id;
 use crate::extrapolation::direct_lines::DirectLines;
 use crate::extrapolation::frame_mix::{FrameMix, MixSmoother};
 use crate::extrapolation::geometric::{GeometricPredictor, PreparedUpdate, SourceShadow};
+use crate::extrapolation::line_extrapolation::ExtrapolationReach;
 use crate::extrapolation::scene_pair::ScenePair;
 use crate::extrapolation::source_motion::SourceMotion;
 use crate::propagation::diffraction::PointImage;
@@ -261,8 +262,8 @@ impl Extrapolator {
         std::mem::replace(&mut self.predictor, predictor)
     }
 
-    /// Casts one of this many visibility rays of [`GeometricSettings::rays_per_source`] from the next frame on; 0 counts
-    /// as 1. Other predictors cast none. Real-time.
+    /// From the next frame on casts one of this many visibility rays of [`GeometricSettings::rays_per_source`], and extrapolates
+    /// waves at edges and amplitudes over so many times the distance; 0 counts as 1. Other predictors do neither. Real-time.
     ///
     /// [`GeometricSettings::rays_per_source`]: crate::extrapolation::GeometricSettings::rays_per_source
     pub fn set_ray_divisor(&mut self, divisor: u32) {
@@ -271,11 +272,11 @@ impl Extrapolator {
         }
     }
 
-    /// One graphics frame of so many computes a source's edge waves.
-    pub(super) fn direct_every(&self) -> u32 {
+    /// How far a source's edge waves are extrapolated.
+    pub(super) fn direct_reach(&self) -> ExtrapolationReach {
         match &self.predictor.0 {
-            Rule::PathByPath(_) => 1,
-            Rule::Geometric(predictor) => predictor.exact_every(),
+            Rule::PathByPath(_) => ExtrapolationReach::default(),
+            Rule::Geometric(predictor) => predictor.next_reach(),
         }
     }
 

@@ -58,7 +58,7 @@ impl Extrapolator {
             self.shadows.clear();
             self.mixes.clear();
             self.images.clear();
-            self.direct_lines.begin(sources.len(), self.direct_every());
+            self.direct_lines.begin(sources.len(), self.direct_reach());
         }
         for (index, pose) in sources.iter().enumerate().skip(first) {
             if budget.is_spent() {

@@ -12,18 +12,43 @@ use crate::propagation::endpoints::Endpoints;
 
 /// Greatest displacement in metres of source and listener together over which a path is extrapolated. Beside an edge or an image
 /// source at 5 m its level then deviates by 0.04 %, and its length from the tangent by 1 mm.
-const MAX_AHEAD_M: f32 = 0.1;
+const AHEAD_M: f32 = 0.1;
 
 /// Change of an amplitude between two evaluations, relative to the larger value, above which it is a switch without a slope.
 const SWITCH_RATIO: f32 = 0.5;
 
-/// Graphics frames, of at most `every`, in which source and listener move by at most [`MAX_AHEAD_M`], as they have moved since the
-/// last frame; at least 1.
-pub(crate) fn frames_ahead(last: &Endpoints, now: &Endpoints, every: u32) -> u64 {
-    let step_m = last.from.distance(now.from) + last.to.distance(now.to);
-    // Without motion the quotient is infinite, or no number.
-    let frames = (MAX_AHEAD_M / step_m).min(every as f32);
-    (frames as u64).max(1)
+/// How far paths are extrapolated between two evaluations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ExtrapolationReach {
+    /// One graphics frame of so many evaluates a path.
+    pub(crate) every: u32,
+    /// Greatest displacement in metres of source and listener together.
+    distance_m: f32,
+}
+
+impl Default for ExtrapolationReach {
+    fn default() -> Self {
+        Self::of(1, 1)
+    }
+}
+
+impl ExtrapolationReach {
+    /// For frames of which one in `every` evaluates a path, over so many times the usual distance.
+    pub(crate) fn of(every: u32, divisor: u32) -> Self {
+        Self {
+            every,
+            distance_m: AHEAD_M * divisor as f32,
+        }
+    }
+
+    /// Graphics frames, of at most [`Self::every`], in which source and listener move at most so far, as they have moved since
+    /// the last frame; at least 1.
+    pub(crate) fn frames(self, last: &Endpoints, now: &Endpoints) -> u64 {
+        let step_m = last.from.distance(now.from) + last.to.distance(now.to);
+        // Without motion the quotient is infinite, or no number.
+        let frames = (self.distance_m / step_m).min(self.every as f32);
+        (frames as u64).max(1)
+    }
 }
 
 /// The line through the last evaluations of a path.
@@ -194,7 +219,11 @@ mod tests {
             let pose = SourcePose::at(SourceId::new(0, 0), Vec3::ZERO);
             Endpoints::of(&pose, Vec3::X * x, 0.3)
         };
-        let ahead = |step_m: f32| frames_ahead(&at(1.0), &at(1.0 + step_m), 4);
-        assert_eq!([0.0, 0.02, 0.04, 0.3, f32::NAN].map(ahead), [4, 4, 2, 1, 4]);
+        let ahead = |divisor: u32, step_m: f32| {
+            ExtrapolationReach::of(4, divisor).frames(&at(1.0), &at(1.0 + step_m))
+        };
+        let steps_m = [0.0, 0.02, 0.04, 0.3, f32::NAN];
+        assert_eq!(steps_m.map(|step_m| ahead(1, step_m)), [4, 4, 2, 1, 4]);
+        assert_eq!(steps_m.map(|step_m| ahead(2, step_m)), [4, 4, 4, 1, 4]);
     }
 }

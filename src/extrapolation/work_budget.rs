@@ -52,36 +52,40 @@ impl WorkBudget {
     }
 }
 
-/// Costs in units, measured with sixteen sources in the concert hall.
+/// Costs in units of about 1,000 instructions, counted with sixteen sources in the concert hall (`examples/count_blocks.rs`).
 pub(crate) mod cost {
     /// A ray.
-    pub(crate) const RAY: usize = 2;
+    pub(crate) const RAY: usize = 1;
     /// The points of a reflected path.
     pub(crate) const UNFOLDED: usize = 2;
     /// Amplitude and direction of a reflected path.
     pub(crate) const REFLECTED: usize = 4;
+    /// A path over a curved surface.
+    pub(crate) const CURVED: usize = 18;
     /// The points of a diffracted path.
     pub(crate) const DIFFRACTED: usize = 15;
-    /// The diffracted wave of one edge.
-    pub(crate) const WAVE: usize = 22;
+    /// The diffracted wave of one edge, with what is looked for along its faces.
+    pub(crate) const WAVE: usize = 30;
     /// A source's direct path, without rays and waves.
     pub(crate) const DIRECT: usize = 20;
     /// A held, extrapolated or merged path.
     pub(crate) const CONTINUED: usize = 1;
     /// Emission of one audible candidate.
-    pub(crate) const EMITTED: usize = 2;
+    pub(crate) const EMITTED: usize = 1;
     /// The mean level of a path over the points of a wide source.
     pub(crate) const WIDENED: usize = 1;
     /// The time of emission of a path whose source moves.
     pub(crate) const EMISSION: usize = 1;
     /// Paths sorted per unit.
     pub(crate) const SORTED: usize = 4;
-    /// The late energy of a source.
-    pub(crate) const LATE: usize = 10;
+    /// Candidates queued for a test per unit.
+    pub(crate) const QUEUED: usize = 16;
+    /// The late energy of a source, and its part of the reverb's filters.
+    pub(crate) const LATE: usize = 40;
     /// Preparation of a path by generation.
-    pub(crate) const PREPARED: usize = 2;
+    pub(crate) const PREPARED: usize = 3;
     /// Application of a prepared path by generation.
-    pub(crate) const TAKEN: usize = 2;
+    pub(crate) const TAKEN: usize = 1;
     /// Start of a voice.
     pub(crate) const STARTED: usize = 3;
 }

@@ -105,6 +105,11 @@ impl LinearRamp {
     }
 
     /// Ramps from the value with `left` frames left to `target` within `ramp` frames.
+    /// Where it ends.
+    pub(crate) fn target(&self) -> f64 {
+        self.target
+    }
+
     pub(crate) fn retarget(&mut self, target: f64, left: u32, ramp: u32) {
         self.growth = (target - self.value(left)) / f64::from(ramp);
         self.target = target;

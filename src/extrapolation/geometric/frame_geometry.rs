@@ -34,7 +34,8 @@ impl FrameGeometry {
             Self::Unevaluated => 0,
             Self::Extrapolated(_) => cost::CONTINUED,
             Self::Diffracted(_) => cost::DIFFRACTED,
-            Self::Invalid | Self::Held(_) | Self::Unfolded | Self::Image(_) => cost::UNFOLDED,
+            Self::Held(_) => cost::CURVED,
+            Self::Invalid | Self::Unfolded | Self::Image(_) => cost::UNFOLDED,
         }
     }
 

@@ -27,6 +27,7 @@ pub mod visibility_scheduler;
 use glam::Vec3;
 
 use crate::extrapolation::frame::FramePath;
+use crate::extrapolation::line_extrapolation::ExtrapolationReach;
 use crate::extrapolation::scene_pair::has_moved;
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
 use crate::propagation::diffraction::{
@@ -50,6 +51,9 @@ use crate::extrapolation::geometric::visibility_scheduler::VisibilityScheduler;
 
 /// Distance in metres between two graphics frames from which the past of all paths tells nothing: who moves is slower.
 pub(super) const JUMP_M: f32 = 1.0;
+
+/// Greatest factor on [`GeometricSettings::exact_every`] where fewer visibility rays are cast.
+const MAX_EVERY_FACTOR: u32 = 2;
 
 /// The inputs of one graphics frame.
 #[derive(Debug, Clone, Copy)]
@@ -145,14 +149,19 @@ impl GeometricPredictor {
         self.sources.reserve(sources);
     }
 
-    /// Casts one of this many visibility rays from the next frame on.
+    /// Casts one of this many visibility rays from the next frame on, and extrapolates paths over so many times the distance.
     pub(crate) fn set_ray_divisor(&mut self, divisor: u32) {
         self.next_ray_divisor = divisor.max(1);
     }
 
-    /// See [`GeometricSettings::exact_every`]; at least 1.
-    pub(crate) fn exact_every(&self) -> u32 {
-        self.settings.exact_every.max(1)
+    /// See [`GeometricSettings::exact_every`]: at least 1, and twice as much where fewer rays are cast.
+    fn exact_every(&self) -> u32 {
+        self.settings.exact_every.max(1) * self.next_ray_divisor.min(MAX_EVERY_FACTOR)
+    }
+
+    /// How far paths of the next frame are extrapolated.
+    pub(crate) fn next_reach(&self) -> ExtrapolationReach {
+        ExtrapolationReach::of(self.exact_every(), self.next_ray_divisor)
     }
 
     /// Resumes a graphics frame until the budget is spent and appends its paths to `paths`; `arrived` is the new update, if
@@ -184,7 +193,7 @@ impl GeometricPredictor {
                 let states = &self.set.states;
                 self.scheduler
                     .begin(rays, self.frame, states, &self.geometries);
-                budget.spend(states.len() / cost::SORTED);
+                budget.spend(states.len() / cost::QUEUED);
                 self.step = Step::TestVisibility;
             }
         }
@@ -229,7 +238,7 @@ impl GeometricPredictor {
             .last()
             .is_some_and(|last| is_far(last, listener));
         self.history.push(listener);
-        let source_jumped = self.sources.update(inputs, self.exact_every(), is_far);
+        let source_jumped = self.sources.update(inputs, self.next_reach(), is_far);
         if listener_jumped || source_jumped {
             let sources = &self.sources;
             self.set.forget_past(self.frame, |source| {
@@ -293,6 +302,10 @@ impl GeometricPredictor {
         let each = each.zip(&self.geometries);
         for (index, ((state, candidate), &geometry)) in each.enumerate().skip(first) {
             if geometry == FrameGeometry::Unevaluated || !state.is_visible {
+                continue;
+            }
+            if geometry == FrameGeometry::Invalid {
+                candidate.line = None;
                 continue;
             }
             let source = self.sources.get(candidate.path.source);

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use crate::extrapolation::frame::allows;
 use crate::extrapolation::geometric::FrameInputs;
-use crate::extrapolation::line_extrapolation::frames_ahead;
+use crate::extrapolation::line_extrapolation::ExtrapolationReach;
 use crate::propagation::diffraction::{DiffractionSequence, DirectField};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::{Path, ReflectionEdge};
@@ -89,12 +89,12 @@ impl FrameSources {
         self.last.reserve(sources);
     }
 
-    /// Sets the poses of a graphics frame, one of `every` of which evaluates a path; returns whether a source has jumped: its last
+    /// Sets the poses of a graphics frame, whose paths are extrapolated within `reach`; returns whether a source has jumped: its last
     /// position is far.
     pub(crate) fn update(
         &mut self,
         inputs: &FrameInputs<'_>,
-        every: u32,
+        reach: ExtrapolationReach,
         is_far: impl Fn(Vec3, Vec3) -> bool,
     ) -> bool {
         let to = inputs.listener.position;
@@ -117,7 +117,7 @@ impl FrameSources {
                 is_finite: pose.position.is_finite() && to.is_finite(),
                 shadow: inputs.shadows.get(index).copied().unwrap_or_default(),
                 has_jumped: last.is_some_and(|last| is_far(last.from, pose.position)),
-                reach: last.map_or(1, |last| frames_ahead(last, &endpoints, every)),
+                reach: last.map_or(1, |last| reach.frames(last, &endpoints)),
                 reflection_edges: range_of(inputs.reflection_edges, pose.id),
             }
         }));

@@ -14,6 +14,10 @@ use crate::generation::reverb::shelf_filter::ShelfDesign;
 use crate::generation::reverb::wave_shares::WaveShares;
 use crate::generation::{BandCorrection, CHUNK};
 
+/// The networks take turns: one graphics frame of so many designs a network's filters anew, which costs more than the rest of
+/// its frame. Decays and directions change little within so many.
+const DESIGN_EVERY: usize = 4;
+
 /// All networks.
 #[derive(Debug)]
 pub(crate) struct LateReverb {
@@ -21,6 +25,8 @@ pub(crate) struct LateReverb {
     shares: WaveShares,
     networks: [Network; LATE_GROUPS],
     sends: LateSends,
+    /// Graphics frames so far.
+    frames: usize,
     /// The waves in the chunk, summed over the networks.
     waves: Box<Rows>,
 }
@@ -37,6 +43,7 @@ impl LateReverb {
             shares: WaveShares::new(),
             networks,
             sends: LateSends::new(receivers, max_sources),
+            frames: 0,
             waves: Box::new([[0.0; CHUNK]; LINES]),
         }
     }
@@ -51,12 +58,16 @@ impl LateReverb {
         left: u32,
         ramp: u32,
     ) {
+        self.frames = self.frames.wrapping_add(1);
         for (group, network) in self.networks.iter_mut().enumerate() {
+            let is_turn = self.frames.wrapping_add(group).is_multiple_of(DESIGN_EVERY);
             let is_used = frame
                 .late
                 .iter()
                 .any(|send| usize::from(send.group) == group);
-            if is_used || !network.is_silent() {
+            if !is_turn && !network.is_silent() {
+                network.keep_decay(left, ramp);
+            } else if is_used || !network.is_silent() {
                 let group = &frame.late_groups[group];
                 network.set_frame(group, &self.design, &self.shares, left, ramp);
             }

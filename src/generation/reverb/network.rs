@@ -213,6 +213,14 @@ impl Network {
         self.direction.retarget(design, &levels, None, left, ramp);
     }
 
+    /// Goes on ramping to the decay times and directions of the last [`Self::set_frame`]; `left` frames of the last ramp remain.
+    pub(crate) fn keep_decay(&mut self, left: u32, ramp: u32) {
+        self.absorption.keep_levels(left, ramp);
+        self.direction.keep_levels(left, ramp);
+        let gain = self.absorbed_at_entry.target();
+        self.absorbed_at_entry.retarget(gain, left, ramp);
+    }
+
     /// Sets the present chunk of a bus.
     pub(crate) fn feed(&mut self, bus: usize, input: &[f32]) {
         self.buses.present(bus)[..input.len()].copy_from_slice(input);

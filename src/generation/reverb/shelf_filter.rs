@@ -283,34 +283,47 @@ impl ShelfFilter {
         left: u32,
         ramp: u32,
     ) {
-        let is_same = *levels_db == *self.levels_db;
-        let is_in_ramp = self.is_moving && left > 0;
-        if is_same && !is_in_ramp {
-            if std::mem::take(&mut self.is_moving) {
-                *self.present = (*self.target).clone();
-                self.is_flat[1] = self.is_flat[0];
-            }
+        if *levels_db == *self.levels_db {
+            self.keep_levels(left, ramp);
             return;
         }
-        // The present coefficients, from which the ramp starts. A ramp to the same levels goes on: a graphics frame may come
-        // before the last one's ramp has ended.
-        self.hold(left as f32);
-        let starts_flat = self.is_flat[0] && (self.is_flat[1] || !is_in_ramp);
-        let mut is_flat = self.is_flat[0];
-        if !is_same {
-            *self.levels_db = *levels_db;
-            is_flat = true;
-            for (line, levels) in levels_db.iter().enumerate() {
-                let levels = levels.map(f64::from);
-                let mut gains = design.gains(&levels);
-                if let Some(most_db) = most_db {
-                    design.limit(&mut gains, f64::from(most_db[line]));
-                }
-                is_flat &= gains[..SHELVES].iter().all(|gain| gain.abs() < FLAT_DB);
-                self.set_line(design, line, &gains);
+        let starts_flat = self.begin_ramp(left);
+        *self.levels_db = *levels_db;
+        let mut is_flat = true;
+        for (line, levels) in levels_db.iter().enumerate() {
+            let levels = levels.map(f64::from);
+            let mut gains = design.gains(&levels);
+            if let Some(most_db) = most_db {
+                design.limit(&mut gains, f64::from(most_db[line]));
             }
+            is_flat &= gains[..SHELVES].iter().all(|gain| gain.abs() < FLAT_DB);
+            self.set_line(design, line, &gains);
         }
         self.is_flat = [is_flat, starts_flat];
+        self.set_growth(ramp);
+    }
+
+    /// Goes on ramping to the levels of the last [`Self::retarget`]: a graphics frame may come before the last one's ramp has
+    /// ended, of which `left` frames remain.
+    pub(crate) fn keep_levels(&mut self, left: u32, ramp: u32) {
+        if self.is_moving && left > 0 {
+            self.is_flat[1] = self.begin_ramp(left);
+            self.set_growth(ramp);
+        } else if std::mem::take(&mut self.is_moving) {
+            *self.present = (*self.target).clone();
+            self.is_flat[1] = self.is_flat[0];
+        }
+    }
+
+    /// Sets the present coefficients, from which the next ramp starts; returns whether the shelves are without effect there.
+    fn begin_ramp(&mut self, left: u32) -> bool {
+        let is_in_ramp = self.is_moving && left > 0;
+        self.hold(left as f32);
+        self.is_flat[0] && (self.is_flat[1] || !is_in_ramp)
+    }
+
+    /// Sets the growth from the present coefficients to the target.
+    fn set_growth(&mut self, ramp: u32) {
         self.is_moving = true;
         for bundle in 0..BUNDLES {
             let share = F32x8::splat(1.0 / ramp as f32);

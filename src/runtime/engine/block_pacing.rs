@@ -35,9 +35,10 @@ const MIN_SHARE: f64 = 0.015;
 const MOST_SHARE: f64 = 0.6;
 
 /// Share of a core that graphics frames may take: with more work, fewer visibility rays are cast, down to one in
-/// [`MAX_RAY_DIVISOR`].
+/// [`MAX_RAY_DIVISOR`], and waves at edges and amplitudes are extrapolated over longer distances. A frame that comes late costs more
+/// fidelity than either.
 const FRAMES_SHARE: f64 = 0.08;
-const MAX_RAY_DIVISOR: u32 = 4;
+const MAX_RAY_DIVISOR: u32 = 8;
 
 /// Work of a frame with the next smaller divisor, relative to the present, and least graphics frames before such a step.
 const STEP_RATIO: f64 = 1.25;

@@ -79,7 +79,8 @@ pub struct EngineSettings {
     /// Length of a graphics frame.
     pub frame_time: FrameTime,
     /// Whether the work of a graphics frame is spread evenly over the blocks until the next one, and limited: where it would
-    /// take more than 8 % of a core, the geometric predictor casts fewer visibility rays, down to a quarter. Otherwise the
+    /// take more than 8 % of a core, the geometric predictor casts fewer visibility rays, down to an eighth, and extrapolates
+    /// waves at edges and amplitudes over longer distances. Otherwise the
     /// block that receives a frame does all of it.
     pub even_blocks: bool,
     /// Thermal and performance hints of a phone's system; ignored on other systems.
