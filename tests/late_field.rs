@@ -1,4 +1,4 @@
-//! The late field of rooms with solids in them: what nobody can be in has no part in it.
+//! The late field of rooms with solids in them: spaces that no listener can enter have no part in it.
 
 use std::sync::Arc;
 
@@ -119,6 +119,10 @@ fn longest_s(leg_m: f32) -> f32 {
 /// A wall of 80 m by 12 m on a plane, as a solid and as a sheet. The late field behind is no louder than that of the sheet, but
 /// for the scatter of both estimates, 1 dB each, and a decibel for what passes over a top of another shape; sound does not ring
 /// longer than between the wall and ground as far away as the wall is wide. With the inside as a part of the field it rang for 30 s.
+///
+/// There is no lower bound: by particles (three million of three seeds each, absorption 0.02, scattering 0.1, no transmission) the
+/// scattered sound behind is −90 dB for the sheet and for 0.3 m, −92 dB for 1.2 m, below what anyone hears, so silence is right.
+/// What is too loud is the sheet's own late field, −47 dB: patches on open ground are large and reach around the wall's ends.
 #[test]
 fn the_inside_of_a_wall_is_not_heard_outdoors() {
     let corners = [[-40.0, 0.0], [40.0, 0.0], [40.0, 12.0], [-40.0, 12.0]];
@@ -133,11 +137,6 @@ fn the_inside_of_a_wall_is_not_heard_outdoors() {
         let size = Vec3::new(thickness_m, 12.0, 80.0);
         let solid = block(size, Vec3::new(-0.5 * thickness_m, 0.0, -40.0));
         for (solid, sheet) in behind(&solid).iter().zip(&sheet) {
-            println!(
-                "{thickness_m} m: {:.1?} {:.2?}",
-                solid.levels_db, solid.decay_s
-            );
-            println!("sheet: {:.1?} {:.2?}", sheet.levels_db, sheet.decay_s);
             for (solid, sheet) in solid.levels_db.iter().zip(&sheet.levels_db) {
                 assert!(
                     solid - sheet < 3.0,
@@ -150,6 +149,10 @@ fn the_inside_of_a_wall_is_not_heard_outdoors() {
         }
     }
 }
+
+/// Slowest decay time in seconds within the ring of stones: particles that are reflected by 16 panels of 2 m by 4 m and the ground,
+/// absorption 0.02, decay with 1.4 s (scattering 0.1) to 1.7 s (0.02) from 200 to 500 ms, where sound flies level from stone to stone.
+const RING_S: f32 = 1.7;
 
 /// Stones in a ring of 16 m on a plane, each 2 m wide and 4 m high: how thick they are is not heard within the ring. What
 /// differs is their outer and narrow sides, which face away, and both estimates' scatter, 1 dB each.
@@ -172,25 +175,20 @@ fn the_inside_of_stones_is_not_heard_within_their_ring() {
     let thin = ring(0.1);
     for thickness_m in THICKNESS_M {
         for (thick, thin) in ring(thickness_m).iter().zip(&thin) {
-            println!(
-                "{thickness_m} m: {:.1?} {:.2?}",
-                thick.levels_db, thick.decay_s
-            );
-            println!("thin: {:.1?} {:.2?}", thin.levels_db, thin.decay_s);
             for b in 0..thin.levels_db.len() {
                 let off_db = thick.levels_db[b] - thin.levels_db[b];
                 assert!(off_db.abs() < 2.0, "{thickness_m} m: {off_db} dB");
                 let decay_s = thick.decay_s[b];
-                assert!(decay_s < longest_s(16.0), "{thickness_m} m: {decay_s} s");
+                assert!(decay_s < RING_S, "{thickness_m} m: {decay_s} s");
             }
         }
     }
 }
 
-/// A listener and a source come into a closed room in which nobody was at first. After the updates that a camera inside a wall
-/// is waited for, and those in which the field is made anew, they hear what they would have heard there from the start.
+/// A listener and a source enter a closed room that was empty at first. After the updates that a camera inside a wall is waited
+/// for, and those in which the field is made anew, they hear what they would have heard there from the start.
 #[test]
-fn a_room_has_its_late_field_when_somebody_is_in_it() {
+fn a_room_has_its_late_field_when_it_is_entered() {
     let mut mesh = procedural::shoebox(Vec3::new(8.0, 3.0, 6.0), "wood_panel");
     let mut other = procedural::shoebox(Vec3::new(5.0, 2.5, 4.0), "plaster");
     other.vertices.iter_mut().for_each(|v| v.x += 20.0);

@@ -92,14 +92,13 @@ laws! {
 
 /// Rows that are not reached yet: of more than eight paths over two edges the quietest changes with another one, and where one
 /// takes over from a path over one edge whose end is near, it is louder. What meets a dome twice is late energy, which is not
-/// focused again. Patches forget the position within them and a direction is one of twelve: the late field of long and flat
-/// rooms and of streets, and what returns from the live room into the dead one. A row that holds has to leave this list.
-const NOT_REACHED: [&str; 7] = [
+/// focused again. Directions belong to the scene and not to a source: in a corridor the first energy after 80 ms still comes from
+/// the source's end, which is 0.11 of all. The flat room's EDT is 11 % short and its T30 10.2 %: its energy after 80 ms is 0.6 dB too low. A row that
+/// holds has to leave this list.
+const NOT_REACHED: [&str; 5] = [
     "late/direction: corridor",
-    "late/direction: street",
     "late/slopes: flat room, EDT",
-    "late/slopes: flat room, T20",
-    "late/slopes: source dead, listener dead, T20",
+    "late/slopes: flat room, T30",
     "continuity: ring of stones, largest step in 5 mm",
     "mesh/curved: dome, 40 to 80 ms, against particles",
 ];
