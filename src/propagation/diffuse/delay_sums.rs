@@ -20,9 +20,6 @@ const VARIED: (f32, f32) = (0.88, 0.25);
 /// Delay in time steps after which nothing is added: a span that begins within the responses is filled to its end.
 pub(crate) const LONGEST: f32 = 94.0;
 
-/// Least delay in time steps: transport takes time.
-const SHORTEST: f32 = 1.0;
-
 /// Factor of delays before they are compared with the ends of spans, different for each `number`.
 pub(crate) fn varied((least, range): (f32, f32), number: usize) -> f32 {
     least + range * unit(mix(number as u64))
@@ -36,7 +33,7 @@ pub(crate) struct DelaySum {
     pub(crate) scattered: BandArray,
     /// Sums of delays in time steps times weights, and of weights.
     steps: f32,
-    weight: f32,
+    pub(crate) weight: f32,
 }
 
 impl DelaySum {
@@ -52,7 +49,7 @@ impl DelaySum {
 
     /// Mean delay in time steps, if there is any energy.
     pub(crate) fn delay(&self) -> Option<f32> {
-        (self.weight > 0.0).then(|| (self.steps / self.weight).max(SHORTEST))
+        (self.weight > 0.0).then(|| self.steps / self.weight)
     }
 }
 

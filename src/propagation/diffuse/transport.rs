@@ -404,17 +404,18 @@ fn sum_of(energies: &[BandArray]) -> BandArray {
 fn collect(sums: &DelaySums, patches: usize) -> Vec<Transport> {
     let mut transports = Vec::new();
     for from in 0..patches {
+        // Rounding errors of delays times weights are carried on: the mean delay is that of the sums, although no transport takes
+        // less than one step.
+        let mut rest = 0.0;
         for span in 0..SPANS {
-            // Rounding errors of delays are carried to the next patch.
-            let mut rest = 0.0;
             for (to, sum) in sums.of_span(from, span).iter().enumerate() {
                 let Some(delay) = sum.delay() else { continue };
                 if sum.leaving.iter().all(|energy| *energy < NEGLIGIBLE) {
                     continue;
                 }
-                let delay = delay + rest;
-                let rounded = delay.round().max(1.0);
-                rest = (delay - rounded).clamp(-1.0, 1.0);
+                let carried = (rest / sum.weight).clamp(-1.0, 1.0);
+                let rounded = (delay + carried).round().max(1.0);
+                rest += sum.weight * (delay - rounded);
                 transports.push(Transport {
                     from: from as u16,
                     to: to as u16,
@@ -469,6 +470,29 @@ mod tests {
     use crate::scene::{
         InstanceId, InstancePose, MaterialTable, SceneSettings, TriangleMesh, procedural,
     };
+
+    /// Half of the energy arrives within less than a step. When errors were carried within a span alone, and none of delays below
+    /// one step, the mean delay was 1.5 steps instead of 1.25 and rooms decayed too slowly.
+    #[test]
+    fn rounding_keeps_the_mean_delay() {
+        let patches = 20;
+        let mut sums = DelaySums::new(patches);
+        for to in 0..patches {
+            for steps in [0.5, 2.0] {
+                let arrival = Arrival {
+                    from: 0,
+                    to,
+                    steps,
+                    in_air: 1.0,
+                };
+                sums.add(arrival, &[0.025; BANDS], &[0.025; BANDS]);
+            }
+        }
+        let transports = collect(&sums, patches);
+        let delays = transports.iter().map(|t| f32::from(t.delay));
+        let mean = delays.sum::<f32>() / transports.len() as f32;
+        assert!((mean - 1.25).abs() < 0.03, "{mean}");
+    }
 
     #[test]
     fn rays_among_slivers_are_fewer_and_those_of_rooms_are_not() {
