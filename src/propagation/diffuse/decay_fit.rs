@@ -63,9 +63,8 @@ pub(crate) struct PatchDecays<'a> {
     pub(crate) speed_m_s: f32,
     /// Share of the scene's surface of each patch.
     pub(crate) share: &'a [f32],
-    /// Energy that leaves patch `to` in a time step, for a unit that patch `from` radiates at time 0:
-    /// `[(to × patches + from) × STEPS + step]`.
-    pub(crate) responses: &'a [BandArray],
+    /// Energy that leaves all patches in each time step, of energy that begins in the air, as that of sources does.
+    pub(crate) total: &'a [BandArray; STEPS],
     pub(crate) first_legs: &'a [FirstLegs],
 }
 
@@ -79,29 +78,15 @@ pub(crate) struct CommonDecays {
 }
 
 impl CommonDecays {
-    /// From the responses of a field's patches.
+    /// From the energy of a field over time, and what its patches' rays meet.
     pub(crate) fn of(field: &PatchDecays<'_>) -> Self {
-        let rates = rates_of(&total_energy(field), &local_rates(field), field);
+        let rates = rates_of(field.total, &local_rates(field), field);
         Self {
             times_s: rates
                 .map(|rates| rates.map(|rate| (NEPERS_OF_60_DB / f64::from(rate)) as f32)),
             columns: DecayColumns::new(&rates, field.step_s),
         }
     }
-}
-
-/// Energy that leaves all patches in each time step, of energy that the whole scene radiates.
-fn total_energy(field: &PatchDecays<'_>) -> [BandArray; STEPS] {
-    let mut total = [[0.0; BANDS]; STEPS];
-    let responses = field.responses.chunks_exact(STEPS);
-    for (response, share) in responses.zip(field.share.iter().cycle()) {
-        for (total, energy) in total.iter_mut().zip(response) {
-            for b in 0..BANDS {
-                total[b] += share * energy[b];
-            }
-        }
-    }
-    total
 }
 
 /// Decay rate in nepers of energy per second around each patch: Eyring's, for what the patches that it sees lose from one

@@ -1,11 +1,11 @@
 //! Laws *late*: decays, levels and directions of the late field against particles, its independence of other sources, and
 //! its steadiness.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec3};
 
-use super::late_rooms::{self, Echogram, Room, STEP_S};
+use super::late_rooms::{self, Echogram, Room, STEP_S, axis_shares};
 use super::{Case, Row, rooms};
 use foresound::acoustics::BandArray;
 use foresound::error::Result;
@@ -15,9 +15,6 @@ use foresound::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
 /// Octaves with a bound: 125 Hz to 4 kHz.
 const BANDS_JUDGED: std::ops::Range<usize> = 1..7;
-
-/// Particles of the oracle.
-const PARTICLES: u32 = 60_000;
 
 /// Band of the directions: 1 kHz.
 const BAND: usize = 4;
@@ -49,11 +46,11 @@ impl Figures {
 /// Law *late/slopes*: EDT, T20, T30, C80 and the level after 80 ms in every octave.
 pub(super) fn slopes() -> Result<Vec<Row>> {
     let mut rows = Vec::new();
-    for room in late_rooms::all() {
+    for (index, room) in late_rooms::all().into_iter().enumerate() {
         let scene = room.scene()?;
         let set = propagate(&scene, &room, 1)?;
         let ours = echogram_of(&set);
-        let exact = exact(&room, &scene);
+        let exact = exact(index, &room, &scene);
         let direct = direct_energy(&set);
         let mut worst = [0.0f64; 5];
         for band in BANDS_JUDGED {
@@ -89,12 +86,13 @@ pub(super) fn slopes() -> Result<Vec<Row>> {
 /// Law *late/direction*: shares of the energy after 80 ms by direction, squares of the cosines to the six axes.
 pub(super) fn direction() -> Result<Vec<Row>> {
     let mut rows = Vec::new();
-    for room in late_rooms::all() {
+    for (index, room) in late_rooms::all().into_iter().enumerate() {
         let scene = room.scene()?;
         let set = propagate(&scene, &room, 1)?;
-        let exact = exact(&room, &scene);
+        let exact = exact(index, &room, &scene);
         let ours = shares(&late_directions(&set));
-        let exact = shares(&exact.directions);
+        let total: f64 = exact.towards.iter().sum();
+        let exact = exact.towards.map(|energy| energy / total);
         let off = ours.iter().zip(exact).map(|(a, b)| (a - b).abs());
         let law = format!("late/direction: {}", room.name);
         rows.push(Row::at_most(law, off.fold(0.0, f64::max), 0.1, ""));
@@ -201,8 +199,12 @@ pub(super) fn late_decay_times(set: &PathSet) -> BandArray {
     })
 }
 
-fn exact(room: &Room, scene: &Scene) -> Echogram {
-    room.trace(scene.air_np_per_m(), scene.speed_of_sound_m_s(), PARTICLES)
+/// What the oracle finds in the room of an index in [`late_rooms::all`]; laws share it.
+fn exact(index: usize, room: &Room, scene: &Scene) -> Echogram {
+    static FOUND: OnceLock<Vec<OnceLock<Echogram>>> = OnceLock::new();
+    let all = FOUND.get_or_init(|| late_rooms::all().iter().map(|_| OnceLock::new()).collect());
+    let trace = || room.trace(scene.air_np_per_m(), scene.speed_of_sound_m_s());
+    all[index].get_or_init(trace).clone()
 }
 
 fn propagate(scene: &Arc<Scene>, room: &Room, seed: u64) -> Result<PathSet> {
@@ -310,14 +312,14 @@ fn late_directions(set: &PathSet) -> Vec<(DVec3, f64)> {
 
 /// Shares towards −x, x, −y, y, −z, z by the squares of the cosines; they sum to 1.
 fn shares(arrivals: &[(DVec3, f64)]) -> [f64; 6] {
-    let total: f64 = arrivals.iter().map(|(_, energy)| energy).sum();
-    std::array::from_fn(|number| {
-        let sign = if number % 2 == 0 { -1.0 } else { 1.0 };
-        let share = |(towards, energy): &(DVec3, f64)| {
-            energy * (sign * towards[number / 2]).max(0.0).powi(2)
-        };
-        arrivals.iter().map(share).sum::<f64>() / total
-    })
+    let mut sums = [0.0; 6];
+    for (towards, energy) in arrivals {
+        for (sum, share) in sums.iter_mut().zip(axis_shares(*towards)) {
+            *sum += energy * share;
+        }
+    }
+    let total: f64 = sums.iter().sum();
+    sums.map(|sum| sum / total)
 }
 
 /// Standard deviation.

@@ -9,6 +9,7 @@ use foresound::acoustics::{BANDS, BandArray, Material};
 use foresound::error::Result;
 use foresound::scene::{Scene, TriangleMesh};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::rooms;
 
@@ -255,28 +256,61 @@ impl Room {
         rooms::commit(&mesh, self.materials.clone())
     }
 
-    /// Energy over time and by direction at a ball about the listener, without the direct sound.
-    pub(super) fn trace(
-        &self,
-        air_np_per_m: &BandArray,
-        speed_m_s: f64,
-        particles: u32,
-    ) -> Echogram {
+    /// Energy over time and by direction at a ball about the listener, without the direct sound. All rooms take the same work:
+    /// where sound soon leaves there are more particles.
+    pub(super) fn trace(&self, air_np_per_m: &BandArray, speed_m_s: f64) -> Echogram {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let next = AtomicU64::new(0);
+        let fly = || {
+            let shares = std::iter::from_fn(|| Some(next.fetch_add(1, Ordering::Relaxed)));
+            let own = shares.take_while(|share| *share < SHARES);
+            own.map(|share| (share, self.fly(speed_m_s, share)))
+                .collect::<Vec<_>>()
+        };
+        let mut found: Vec<_> = std::thread::scope(|scope| {
+            let others: Vec<_> = (1..threads).map(|_| scope.spawn(fly)).collect();
+            let joined = others
+                .into_iter()
+                .flat_map(|other| other.join().expect("flies"));
+            fly().into_iter().chain(joined).collect()
+        });
+        // The order of the sum does not depend on the threads.
+        found.sort_by_key(|(share, _)| *share);
+        let mut echogram = Echogram::new();
+        let particles: u64 = found.iter().map(|(_, (_, particles))| particles).sum();
+        let gain = 4.0 * std::f64::consts::PI
+            / particles as f64
+            / (4.0 / 3.0 * std::f64::consts::PI * BALL_M.powi(3));
+        for (_, (part, _)) in &found {
+            for (sum, energy) in echogram.energy.iter_mut().zip(&part.energy) {
+                sum[0] += gain * energy[0];
+            }
+            for (sum, energy) in echogram.towards.iter_mut().zip(part.towards) {
+                *sum += gain * energy;
+            }
+        }
+        echogram.damp(air_np_per_m, speed_m_s);
+        echogram
+    }
+
+    /// One share of the particles, each of energy 1, and their number.
+    fn fly(&self, speed_m_s: f64, share: u64) -> (Echogram, u64) {
         let source = self.source.as_dvec3();
         let listener = self.listener.as_dvec3();
         let mut echogram = Echogram::new();
-        let share = 4.0 * std::f64::consts::PI
-            / f64::from(particles)
-            / (4.0 / 3.0 * std::f64::consts::PI * BALL_M.powi(3));
         let impedances: Vec<_> = self.materials.iter().map(impedance).collect();
-        let mut random = Random(0x9e37_79b9_97f4_a7c5);
-        for _ in 0..particles {
+        let mut random = Random(0x9e37_79b9_97f4_a7c5_u64.wrapping_mul(2 * share + 1));
+        let (mut particles, mut legs) = (0, 0);
+        while legs < LEGS / SHARES {
+            particles += 1;
             let mut at = source;
             let mut direction = random.sphere();
-            let mut energy = share;
+            let mut energy = 1.0;
+            let mut floor = ROULETTE;
             let mut path_m = 0.0;
             let mut reflections = 0;
-            while path_m < LENGTH_S * speed_m_s && energy > 1e-7 * share {
+            while path_m < LENGTH_S * speed_m_s {
+                legs += 1;
                 let hit = self.next(at, direction);
                 let leg_m = hit.map_or(f64::INFINITY, |(leg_m, _)| leg_m);
                 if reflections > 0 {
@@ -297,6 +331,7 @@ impl Room {
                 // Particles of the partition's law are split evenly; the energies are those of the wall.
                 if through > 0.0 && random.unit() < 0.5 {
                     energy *= 2.0 * through;
+                    floor *= 2.0 * through;
                     side = -side;
                     direction = random.lambert(axis, side);
                 } else {
@@ -307,10 +342,16 @@ impl Room {
                         direction[axis] = -direction[axis];
                     }
                 }
+                if energy < floor {
+                    if random.unit() >= ROULETTE_SURVIVAL {
+                        break;
+                    }
+                    energy /= ROULETTE_SURVIVAL;
+                    floor *= ROULETTE;
+                }
             }
         }
-        echogram.damp(air_np_per_m, speed_m_s);
-        echogram
+        (echogram, particles)
     }
 
     /// The nearest panel ahead and the distance to it.
@@ -340,6 +381,14 @@ fn impedance(material: &Material) -> (f64, f64) {
     foresound::acoustics::material::impedance_of_absorption(f64::from(material.absorption[0]))
 }
 
+/// Legs of the particles of a room, and shares in which they fly: the scatter over seeds is below a fifth of the laws' bounds.
+const LEGS: u64 = 150_000_000;
+const SHARES: u64 = 16;
+
+/// Energy relative to a particle's first one at which it ends, unless it survives in place of others, and the chance of that.
+const ROULETTE: f64 = 1e-5;
+const ROULETTE_SURVIVAL: f64 = 0.1;
+
 /// Radius of the ball that particles are counted in.
 const BALL_M: f64 = 0.5;
 
@@ -353,15 +402,15 @@ const LENGTH_S: f64 = STEPS as f64 * STEP_S;
 pub(super) struct Echogram {
     /// By time step and band.
     pub(super) energy: Vec<[f64; BANDS]>,
-    /// Late energy (after 80 ms) without air times the unit vectors towards it, and products of their coordinates.
-    pub(super) directions: Vec<(DVec3, f64)>,
+    /// Late energy (after 80 ms) without air from −x, x, −y, y, −z, z by the squares of the cosines.
+    pub(super) towards: [f64; 6],
 }
 
 impl Echogram {
     pub(super) fn new() -> Self {
         Self {
             energy: vec![[0.0; BANDS]; STEPS],
-            directions: Vec::new(),
+            towards: [0.0; 6],
         }
     }
 
@@ -392,7 +441,9 @@ impl Echogram {
         if let Some(step) = self.energy.get_mut((at_s / STEP_S) as usize) {
             step[0] += energy * inside_m;
             if at_s > 0.08 {
-                self.directions.push((-direction, energy * inside_m));
+                for (sum, share) in self.towards.iter_mut().zip(axis_shares(-direction)) {
+                    *sum += energy * inside_m * share;
+                }
             }
         }
     }
@@ -443,6 +494,14 @@ impl Echogram {
         let early = early.map(|e| e[band]).sum::<f64>() + direct;
         10.0 * early.log10() - self.late_db(band)
     }
+}
+
+/// Shares of a direction towards −x, x, −y, y, −z, z: squares of the cosines.
+pub(super) fn axis_shares(towards: DVec3) -> [f64; 6] {
+    std::array::from_fn(|number| {
+        let sign = if number % 2 == 0 { -1.0 } else { 1.0 };
+        (sign * towards[number / 2]).max(0.0).powi(2)
+    })
 }
 
 /// Marsaglia's xorshift64*.
