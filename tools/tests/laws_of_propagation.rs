@@ -93,7 +93,7 @@ laws! {
 /// Rows that are not reached yet: of more than eight paths over two edges the quietest changes with another one, and where one
 /// takes over from a path over one edge whose end is near, it is louder. Directions belong to the scene and not to a source: in a
 /// corridor the first energy after 80 ms still comes from the source's end, which is 0.11 of all. The flat room's EDT is 12.5 %
-/// short: its energy after 80 ms is 0.7 dB too low. With the dead room the level after 80 ms scatters by 0.55 dB over seeds, where
+/// short: its energy after 80 ms is 0.7 dB too low. With the dead room the level after 80 ms scatters by 0.55 dB over six seeds, where
 /// half a decibel is wanted: it follows the last start of a segment. Pieces of a fixed chunk below half a square metre are no panels
 /// beside what continues them, and where a wall is the fixed part's and a part's, other ones of the quiet paths with a reflection and
 /// an edge are kept. A row that holds has to leave this list.
