@@ -91,21 +91,16 @@ laws! {
 }
 
 /// Rows that are not reached yet: of more than eight paths over two edges the quietest changes with another one, and where one
-/// takes over from a path over one edge whose end is near, it is louder. Patches forget the position within them and a direction
-/// is one of twelve: the late field of long and flat rooms and of streets, which also begins about 20 ms early in the hall. Most of
-/// these rows held by chance while the particles of the reference were as noisy as the bounds. Pieces of a fixed chunk below half a
-/// square metre are no panels beside what continues them, and where a wall is the fixed part's and a part's, other ones of the quiet
-/// paths with a reflection and an edge are kept. A row that holds has to leave this list.
-const NOT_REACHED: [&str; 16] = [
+/// takes over from a path over one edge whose end is near, it is louder. Directions belong to the scene and not to a source: in a
+/// corridor the first energy after 80 ms still comes from the source's end, which is 0.11 of all. The flat room's EDT is 12.5 %
+/// short: its energy after 80 ms is 0.7 dB too low. With the dead room the level after 80 ms scatters by 0.55 dB over six seeds, where
+/// half a decibel is wanted: it follows the last start of a segment. Pieces of a fixed chunk below half a square metre are no panels
+/// beside what continues them, and where a wall is the fixed part's and a part's, other ones of the quiet paths with a reflection and
+/// an edge are kept. A row that holds has to leave this list.
+const NOT_REACHED: [&str; 10] = [
     "late/direction: corridor",
     "late/slopes: flat room, EDT",
-    "late/slopes: flat room, T20",
-    "late/slopes: flat room, T30",
-    "late/slopes: flat room, C80",
-    "late/slopes: flat room, level after 80 ms",
-    "late/slopes: street, C80",
-    "late/slopes: hall, C80",
-    "late/slopes: partition of 35 dB, EDT",
+    "late/steady: source dead, listener dead, level after 80 ms",
     "continuity: ring of stones, largest step in 5 mm",
     "mesh/chunks: L-room, 3 chunks, one of them fixed, paths without a counterpart",
     "mesh/chunks: L-room, 48 chunks, one of them fixed, recall",

@@ -14,6 +14,14 @@ use crate::propagation::late_group::LATE_GROUPS;
 /// numerical accidents.
 const DECAY_RANGE_S: (f32, f32) = (0.1, 30.0);
 
+/// Falls in dB of the energy over the responses up to which the slow decay is [`PatchDecays::slowest`], and from which on it is fitted:
+/// where energy falls by few decibels, a line through them follows its fluctuations.
+const SLOWEST_UP_TO_DB: f32 = 10.0;
+pub(crate) const FITTED_FROM_DB: f32 = 20.0;
+
+/// Time steps at the start and end of the responses that the fall is taken between.
+const FALL_STEPS: usize = 10;
+
 /// Level below the peak to which the slow decay is fitted: 45 dB.
 const SLOW_RANGE: f32 = 3.2e-5;
 
@@ -63,9 +71,10 @@ pub(crate) struct PatchDecays<'a> {
     pub(crate) speed_m_s: f32,
     /// Share of the scene's surface of each patch.
     pub(crate) share: &'a [f32],
-    /// Energy that leaves patch `to` in a time step, for a unit that patch `from` radiates at time 0:
-    /// `[(to × patches + from) × STEPS + step]`.
-    pub(crate) responses: &'a [BandArray],
+    /// Energy that leaves all patches in each time step, of energy that begins in the air, as that of sources does.
+    pub(crate) total: &'a [BandArray; STEPS],
+    /// The slowest decay in nepers of energy per time step: used where `total` falls by less than [`FITTED_FROM_DB`].
+    pub(crate) slowest: &'a BandArray,
     pub(crate) first_legs: &'a [FirstLegs],
 }
 
@@ -79,29 +88,15 @@ pub(crate) struct CommonDecays {
 }
 
 impl CommonDecays {
-    /// From the responses of a field's patches.
+    /// From the energy of a field over time, and what its patches' rays meet.
     pub(crate) fn of(field: &PatchDecays<'_>) -> Self {
-        let rates = rates_of(&total_energy(field), &local_rates(field), field);
+        let rates = rates_of(field.total, &local_rates(field), field);
         Self {
             times_s: rates
                 .map(|rates| rates.map(|rate| (NEPERS_OF_60_DB / f64::from(rate)) as f32)),
             columns: DecayColumns::new(&rates, field.step_s),
         }
     }
-}
-
-/// Energy that leaves all patches in each time step, of energy that the whole scene radiates.
-fn total_energy(field: &PatchDecays<'_>) -> [BandArray; STEPS] {
-    let mut total = [[0.0; BANDS]; STEPS];
-    let responses = field.responses.chunks_exact(STEPS);
-    for (response, share) in responses.zip(field.share.iter().cycle()) {
-        for (total, energy) in total.iter_mut().zip(response) {
-            for b in 0..BANDS {
-                total[b] += share * energy[b];
-            }
-        }
-    }
-    total
 }
 
 /// Decay rate in nepers of energy per second around each patch: Eyring's, for what the patches that it sees lose from one
@@ -138,7 +133,9 @@ fn rates_of(
     );
     let mut rates = [[0.0; BANDS]; LATE_GROUPS];
     for b in 0..BANDS {
-        let slow = slow_slope(total, b).map_or(most, |slope| slope * per_s);
+        let fitted = slow_slope(total, b).map_or(most, |slope| slope * per_s);
+        let slowest = f64::from(field.slowest[b]) * per_s;
+        let slow = slowest + fitted_share(fall_db(total)[b]) * (fitted - slowest);
         let slow = slow.clamp(least, most);
         let fast = quantile(local, field.share, b, FAST_QUANTILE);
         let ratio = (fast / slow).max(2.0);
@@ -150,6 +147,34 @@ fn rates_of(
         }
     }
     rates
+}
+
+/// Fall in dB from the first time steps to the last ones.
+pub(crate) fn fall_db(total: &[BandArray; STEPS]) -> BandArray {
+    // Nothing arrives at time 0.
+    let spans = [1..1 + FALL_STEPS, STEPS - FALL_STEPS..STEPS];
+    let [first, last] = spans.map(|steps| sum_of(&total[steps]));
+    std::array::from_fn(|b| {
+        let ratio = first[b] / last[b].max(f32::MIN_POSITIVE);
+        10.0 * ratio.max(f32::MIN_POSITIVE).log10()
+    })
+}
+
+/// Energy of some time steps.
+pub(crate) fn sum_of(energies: &[BandArray]) -> BandArray {
+    let mut sum = [0.0; BANDS];
+    for energy in energies {
+        for b in 0..BANDS {
+            sum[b] += energy[b];
+        }
+    }
+    sum
+}
+
+/// Weight of the fit, at a fall in dB.
+fn fitted_share(fall_db: f32) -> f64 {
+    let share = (fall_db - SLOWEST_UP_TO_DB) / (FITTED_FROM_DB - SLOWEST_UP_TO_DB);
+    f64::from(share.clamp(0.0, 1.0))
 }
 
 /// Value below which `wanted` of the patches' shares lie.

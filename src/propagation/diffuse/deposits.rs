@@ -6,6 +6,7 @@
 use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::bounce_buffer::Bounce;
+use crate::propagation::diffuse::delay_sums::varied;
 use crate::propagation::diffuse::delayed::add_delayed;
 use crate::propagation::diffuse::envelope::{ArrivalHistogram, STEPS};
 use crate::propagation::diffuse::listener_field::ListenerField;
@@ -14,9 +15,13 @@ use crate::propagation::diffuse::transport::SceneField;
 use crate::scene::Scene;
 use crate::simd::{LaneSet, kernel};
 
-/// Ends of the spans of time in time steps; the last one has none.
+/// Ends of the spans of time in time steps before they are varied; the last span has none.
 const SPAN_ENDS: [f32; SPANS - 1] = [2.0, 4.0, 7.0, 11.0, 16.0, 23.0, 32.0, 44.0, 58.0];
 const SPANS: usize = 10;
+
+/// Least factor of a patch's ends, and their range: the ratio of two ends. With the same ends for all patches, energy that
+/// flies between walls for long would arrive in bursts.
+const VARIED: (f32, f32) = (0.82, 0.38);
 
 /// Energy at a patch in a span of time.
 #[derive(Debug, Clone, Copy, Default)]
@@ -111,7 +116,9 @@ impl Deposits {
         if !(sum.is_finite() && steps.is_finite()) {
             return;
         }
-        let span = SPAN_ENDS.iter().filter(|end| steps >= **end).count();
+        let varied_steps = steps * varied(VARIED, usize::from(patch));
+        let span = SPAN_ENDS.iter().filter(|end| varied_steps >= **end);
+        let span = span.count();
         let key = u32::from(patch) * SPANS as u32 + span as u32;
         let found = self.entries.iter().position(|other| other.key == key);
         let index = found.unwrap_or_else(|| {

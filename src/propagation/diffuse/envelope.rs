@@ -24,7 +24,7 @@ pub(crate) const STEPS: usize = 80;
 pub(crate) const NEPERS_OF_60_DB: f64 = 6.0 * std::f64::consts::LN_10;
 
 /// Starts of the segments, in mean free times after the straight line's arrival.
-pub const LATE_SEGMENT_STARTS: [f64; LATE_SEGMENTS] = [0.0, 2.0, 5.0, 10.0];
+pub const LATE_SEGMENT_STARTS: [f64; LATE_SEGMENTS] = [0.0, 1.0, 3.5, 9.5];
 
 /// Mean free time in time steps of the scene's responses, roughly.
 pub(crate) const STEPS_PER_FREE_TIME: f32 = 1.6;

@@ -148,15 +148,16 @@ impl ListenerField {
                 continue;
             }
             let patch = usize::from(sample.patch);
-            let kernel = cosine
-                / (std::f32::consts::PI
-                    * (square + spread_m2)
-                    * (count * field.samples.share[patch]));
+            let members = count * field.samples.share[patch];
+            let by_law = cosine / (std::f32::consts::PI * (square + spread_m2) * members);
+            let leg_m = field.samples.leg_m[patch];
+            let factor = field.specular.factor(patch, length_m, leg_m);
             let air = exp_neg(&scene.air_np_per_m().map(|m| 2.0 * m * length_m));
             let view = &mut self.patches[patch];
             for b in 0..BANDS {
-                view.energy[b] += kernel * air[b];
+                view.energy[b] += by_law * factor[b] * air[b];
             }
+            let kernel = by_law * factor.iter().sum::<f32>() / BANDS as f32;
             view.delay_s += kernel * length_m;
             weights[patch] += kernel;
             let towards = -offset / length_m.max(1e-6);

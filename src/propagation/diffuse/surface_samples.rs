@@ -23,9 +23,6 @@ pub(crate) const NO_PATCH: u16 = u16::MAX;
 /// Height in metres above the surface of rays between samples; less where another surface is nearer than twice of it.
 const HEIGHT_M: f32 = 0.03;
 
-/// Bound of [`SurfaceSamples::leg_factor`].
-const MAX_LEG_FACTOR: f32 = 4.0;
-
 /// Distance in metres of points from a plane up to which they are on one surface: the two faces of a leaf are further apart.
 const COPLANAR_M: f32 = 5e-3;
 
@@ -188,10 +185,11 @@ impl SurfaceSamples {
     }
 
     /// Energy that a listener hears of specular energy that leaves a patch, relative to Lambert's law: in the mean over the
-    /// room it is in proportion to the length of the leg. `None` for a ray that leaves the scene.
+    /// room it is in proportion to the length of the leg. `None` for a ray that leaves the scene. Where in the room it is heard
+    /// follows from [`crate::propagation::diffuse::specular_legs`].
     pub(crate) fn leg_factor(&self, patch: usize, leg_m: Option<f32>) -> f32 {
         match (leg_m, self.leg_m[patch]) {
-            (Some(leg_m), mean_m) if mean_m > 0.0 => (leg_m / mean_m).min(MAX_LEG_FACTOR),
+            (Some(leg_m), mean_m) if mean_m > 0.0 => leg_m / mean_m,
             _ => 1.0,
         }
     }

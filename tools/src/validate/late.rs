@@ -5,7 +5,8 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec3};
 
-use super::late_rooms::{self, Echogram, Room, STEP_S, axis_shares};
+use super::late_particles::{Echogram, STEP_S, axis_shares};
+use super::late_rooms::{self, Room};
 use super::{Case, Row, rooms};
 use foresound::acoustics::BandArray;
 use foresound::error::Result;

@@ -16,6 +16,7 @@ pub mod joining;
 mod late;
 pub mod late_figures;
 mod late_level;
+mod late_particles;
 mod late_rooms;
 mod late_sound;
 mod leak;

@@ -1,0 +1,276 @@
+//! How far energy reaches from a patch along specular legs: what a listener hears of it relative to Lambert's law.
+//!
+//! Own. Energy by Lambert's law falls with the square of the distance. Energy that stays specular for long does not: it flies
+//! along a corridor, or between the walls of a flat room. It is at every distance that its legs reach, so its density at a
+//! distance is that by Lambert's law times the share of specular legs that are longer, over the share of rays by Lambert's
+//! law that are. Both shares are means over spans of distance. Few rays by Lambert's law reach the end of a corridor: where they
+//! do not suffice, the share is that of the volume that the patch sees there, by points in the air that lie evenly.
+
+use glam::Vec3;
+
+use crate::acoustics::BandArray;
+use crate::propagation::diffuse::surface_samples::SurfaceSample;
+use crate::propagation::rays::directions::{mix, unit};
+
+/// Spans of distance; each ends farther than the one before by [`RATIO`].
+const SPANS: usize = 12;
+const RATIO: f32 = 1.5;
+
+/// Rays longer than a span from which on its share is theirs: their scatter is a quarter.
+const MIN_RAYS: u32 = 16;
+
+/// Points in a span that count; with fewer it is one with the next spans.
+const MIN_POINTS: u32 = 8;
+
+/// Most that is heard of a ray that meets nothing, relative to Lambert's law: few others reach as far.
+const MOST_OF_MISSING: f32 = 4.0;
+
+/// A point in the air, and the volume that it stands for.
+#[derive(Debug, Clone, Copy)]
+struct AirPoint {
+    position: Vec3,
+    volume_m3: f32,
+}
+
+/// Sums of a patch.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    /// Lengths in metres within each span of specular legs, and energy that is heard along them.
+    legs_m: [f32; SPANS],
+    heard: BandArray,
+    /// Energy that is heard of rays that meet nothing.
+    missing: BandArray,
+    /// Lengths in metres within each span of rays by Lambert's law, their number, and number of those that are longer.
+    rays_m: [f32; SPANS],
+    rays: f32,
+    longer: [u32; SPANS],
+    /// Means of those lengths by points in the air, and number of points.
+    points_m: [f32; SPANS],
+    points: [u32; SPANS],
+}
+
+/// What is heard of one patch relative to Lambert's law, in the middle of each span of distance.
+#[derive(Debug, Clone, Copy, Default)]
+struct Reach {
+    /// Along specular legs, for a mean length of one metre.
+    along: [f32; SPANS],
+    /// Of rays that meet nothing.
+    open: [f32; SPANS],
+    /// Shares of both in what is heard of the patch.
+    share_along: BandArray,
+    share_open: BandArray,
+}
+
+/// The specular legs of a scene's rays.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct SpecularLegs {
+    /// End of the first span in metres.
+    first_m: f32,
+    sums: Vec<Sums>,
+    reach: Vec<Reach>,
+    air: Vec<AirPoint>,
+}
+
+impl SpecularLegs {
+    /// Removes all; the first span of distance ends at `first_m` metres.
+    pub(crate) fn begin(&mut self, patches: usize, first_m: f32) {
+        self.first_m = first_m;
+        self.sums.clear();
+        self.sums.resize(patches, Sums::default());
+        self.reach.clear();
+        self.air.clear();
+    }
+
+    /// Start and end of each span in metres.
+    fn spans(first_m: f32) -> impl Iterator<Item = (f32, f32)> {
+        let first = (0.0, first_m);
+        std::iter::successors(Some(first), |(_, end_m)| Some((*end_m, RATIO * end_m))).take(SPANS)
+    }
+
+    /// Adds a ray by Lambert's law from a patch; `None` if it meets nothing.
+    pub(crate) fn add_ray(&mut self, patch: usize, length_m: Option<f32>) {
+        let length_m = length_m.unwrap_or(f32::INFINITY);
+        let sums = &mut self.sums[patch];
+        sums.rays += 1.0;
+        for (span, (start_m, end_m)) in Self::spans(self.first_m).enumerate() {
+            sums.rays_m[span] += (length_m.min(end_m) - start_m).max(0.0);
+            sums.longer[span] += u32::from(length_m >= end_m);
+        }
+    }
+
+    /// Adds a point on a ray by Lambert's law, which stands for `area_m2` of its surface.
+    pub(crate) fn add_air(&mut self, number: usize, [from, to]: [Vec3; 2], area_m2: f32) {
+        // Another number than that of the ray's direction.
+        let along = unit(mix(mix(number as u64) ^ 1));
+        self.air.push(AirPoint {
+            position: from.lerp(to, along),
+            // A volume is a quarter of its surface times the mean ray.
+            volume_m3: 0.25 * area_m2 * from.distance(to),
+        });
+    }
+
+    /// Adds a specular leg that leaves a patch, and the energy that is heard along it; `None` if it meets nothing.
+    pub(crate) fn add_leg(&mut self, patch: usize, length_m: Option<f32>, heard: &BandArray) {
+        let sums = &mut self.sums[patch];
+        let total = match length_m {
+            Some(_) => &mut sums.heard,
+            None => &mut sums.missing,
+        };
+        for (total, heard) in total.iter_mut().zip(heard) {
+            *total += heard;
+        }
+        let Some(length_m) = length_m else { return };
+        for (sum, (start_m, end_m)) in sums.legs_m.iter_mut().zip(Self::spans(self.first_m)) {
+            *sum += (length_m.min(end_m) - start_m).max(0.0);
+        }
+    }
+
+    /// Finds what patches see of the air: each point by one sample of each patch, if it `sees` it.
+    pub(crate) fn find_volumes(
+        &mut self,
+        of_patches: &[Vec<SurfaceSample>],
+        mut sees: impl FnMut(&SurfaceSample, Vec3) -> bool,
+    ) {
+        for (number, point) in self.air.iter().enumerate() {
+            for (sums, samples) in self.sums.iter_mut().zip(of_patches) {
+                let Some(sample) = samples.get(number % samples.len().max(1)) else {
+                    continue;
+                };
+                let offset = point.position - sample.point;
+                let distance_m = offset.length();
+                let cosine = sample.normal.dot(offset) / distance_m.max(1e-6);
+                let mut ends = Self::spans(self.first_m);
+                let Some(span) = ends.position(|(_, end_m)| distance_m < end_m) else {
+                    continue;
+                };
+                if cosine > 0.0 && sees(sample, point.position) {
+                    let share = cosine / (std::f32::consts::PI * distance_m * distance_m);
+                    sums.points_m[span] += share * point.volume_m3;
+                    sums.points[span] += 1;
+                }
+            }
+        }
+        self.air.clear();
+    }
+
+    /// Computes what is heard, after all has been added; `leaving` is the energy heard of a patch.
+    pub(crate) fn finish(&mut self, leaving: impl Fn(usize) -> BandArray) {
+        let first_m = self.first_m;
+        let of_sums = |(patch, sums): (usize, &Sums)| Reach::of(sums, first_m, &leaving(patch));
+        self.reach.clear();
+        self.reach.extend(self.sums.iter().enumerate().map(of_sums));
+    }
+
+    /// What is heard of a patch at a distance, relative to Lambert's law. `leg_m` is the mean leg that the energy of specular
+    /// legs is relative to.
+    pub(crate) fn factor(&self, patch: usize, distance_m: f32, leg_m: f32) -> BandArray {
+        let reach = &self.reach[patch];
+        // In spans from the middle of the first one.
+        let at = (distance_m.max(1e-3) / self.first_m).log2() / RATIO.log2() + 0.5;
+        let at = at.clamp(0.0, (SPANS - 1) as f32);
+        let span = (at as usize).min(SPANS - 2);
+        let rest = at - span as f32;
+        let at_distance =
+            |values: &[f32; SPANS]| values[span] * (1.0 - rest) + values[span + 1] * rest;
+        let along = leg_m * at_distance(&reach.along) - 1.0;
+        let open = at_distance(&reach.open) - 1.0;
+        std::array::from_fn(|b| 1.0 + reach.share_along[b] * along + reach.share_open[b] * open)
+    }
+}
+
+impl Reach {
+    fn of(sums: &Sums, first_m: f32, leaving: &BandArray) -> Self {
+        let mut reach = Self::default();
+        let spans = SpecularLegs::spans(first_m);
+        for ((open, rays_m), (start_m, end_m)) in reach.open.iter_mut().zip(sums.rays_m).zip(spans)
+        {
+            let share = rays_m / (sums.rays * (end_m - start_m)).max(1e-6);
+            *open = 1.0 / share.max(1.0 / MOST_OF_MISSING);
+        }
+        let total_m: f32 = sums.legs_m.iter().sum();
+        if total_m <= 0.0 {
+            return reach;
+        }
+        let mut span = 0;
+        while span < SPANS {
+            let first = span;
+            let (mut legs_m, mut by_law_m, mut points) = (0.0, 0.0, 0);
+            if sums.longer[first] >= MIN_RAYS {
+                (legs_m, by_law_m) = (sums.legs_m[first], sums.rays_m[first] / sums.rays);
+                span += 1;
+            } else {
+                while span < SPANS && points < MIN_POINTS {
+                    legs_m += sums.legs_m[span];
+                    by_law_m += sums.points_m[span];
+                    points += sums.points[span];
+                    span += 1;
+                }
+                if points < MIN_POINTS {
+                    // The patch sees nothing so far away.
+                    let last = first.checked_sub(1).map(|last| reach.along[last]);
+                    let Some(last) = last else { return reach };
+                    reach.along[first..].fill(last);
+                    break;
+                }
+            }
+            reach.along[first..span].fill(legs_m / (by_law_m * total_m));
+        }
+        let share = |part: f32, whole: f32| match whole > 0.0 {
+            true => (part / whole).min(1.0),
+            false => 0.0,
+        };
+        reach.share_along = std::array::from_fn(|b| share(sums.heard[b], leaving[b]));
+        reach.share_open = std::array::from_fn(|b| share(sums.missing[b], leaving[b]));
+        reach
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::acoustics::BANDS;
+
+    /// A patch's specular legs, and its rays by Lambert's law.
+    fn legs(lengths_m: &[f32], by_law_m: &[f32]) -> SpecularLegs {
+        let mut legs = SpecularLegs::default();
+        legs.begin(1, 2.0);
+        for _ in 0..MIN_RAYS {
+            for length_m in by_law_m {
+                legs.add_ray(0, Some(*length_m));
+            }
+            for length_m in lengths_m {
+                legs.add_leg(0, Some(*length_m), &[1.0; BANDS]);
+            }
+        }
+        legs.finish(|_| [(MIN_RAYS as usize * lengths_m.len()) as f32; BANDS]);
+        legs
+    }
+
+    #[test]
+    fn legs_by_lamberts_law_are_heard_by_it() {
+        let lengths_m = [3.0, 5.0, 30.0];
+        let legs = legs(&lengths_m, &lengths_m);
+        let mean_m = lengths_m.iter().sum::<f32>() / 3.0;
+        for distance_m in [0.5, 2.0, 6.0, 14.0] {
+            let factor = legs.factor(0, distance_m, mean_m)[0];
+            assert!((factor - 1.0).abs() < 1e-3, "{distance_m} m: {factor}");
+        }
+    }
+
+    #[test]
+    fn long_legs_are_heard_far_away() {
+        let legs = legs(&[30.0, 30.0, 5.0], &[30.0, 5.0, 5.0]);
+        // Where only the long ones are, twice as many of them.
+        let [near, far] = [1.0, 14.0].map(|distance_m| legs.factor(0, distance_m, 1.0)[0]);
+        assert!((far / near - 2.0).abs() < 0.05, "{near}, {far}");
+    }
+
+    #[test]
+    fn a_patch_without_specular_legs_is_heard_by_lamberts_law() {
+        let mut legs = SpecularLegs::default();
+        legs.begin(1, 2.0);
+        legs.add_ray(0, None);
+        legs.finish(|_| [1.0; BANDS]);
+        assert_eq!(legs.factor(0, 3.0, 4.0), [1.0; BANDS]);
+    }
+}

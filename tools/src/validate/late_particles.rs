@@ -1,0 +1,327 @@
+//! An oracle for the late field: many particles in the rooms of its laws.
+//!
+//! Particles fly between rectangles and triangles by arithmetic of their own in `f64`; only the reflection by angle is the
+//! material model's definition, written again.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::DVec3;
+
+use foresound::acoustics::{BANDS, BandArray, Material};
+
+use super::late_rooms::{Room, Triangle};
+
+/// What a particle meets.
+struct Met {
+    leg_m: f64,
+    /// Unit normal, of either side.
+    normal: DVec3,
+    material: usize,
+}
+
+impl Room {
+    /// Energy over time and by direction at a ball about the listener, without the direct sound. All rooms take the same work:
+    /// where sound soon leaves there are more particles.
+    pub(super) fn trace(&self, air_np_per_m: &BandArray, speed_m_s: f64) -> Echogram {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let next = AtomicU64::new(0);
+        let fly = || {
+            let shares = std::iter::from_fn(|| Some(next.fetch_add(1, Ordering::Relaxed)));
+            let own = shares.take_while(|share| *share < SHARES);
+            own.map(|share| (share, self.fly(speed_m_s, share)))
+                .collect::<Vec<_>>()
+        };
+        let mut found: Vec<_> = std::thread::scope(|scope| {
+            let others: Vec<_> = (1..threads).map(|_| scope.spawn(fly)).collect();
+            let joined = others
+                .into_iter()
+                .flat_map(|other| other.join().expect("flies"));
+            fly().into_iter().chain(joined).collect()
+        });
+        // The order of the sum does not depend on the threads.
+        found.sort_by_key(|(share, _)| *share);
+        let mut echogram = Echogram::new();
+        let particles: u64 = found.iter().map(|(_, (_, particles))| particles).sum();
+        let gain = 4.0 * std::f64::consts::PI
+            / particles as f64
+            / (4.0 / 3.0 * std::f64::consts::PI * BALL_M.powi(3));
+        for (_, (part, _)) in &found {
+            for (sum, energy) in echogram.energy.iter_mut().zip(&part.energy) {
+                sum[0] += gain * energy[0];
+            }
+            for (sum, energy) in echogram.towards.iter_mut().zip(part.towards) {
+                *sum += gain * energy;
+            }
+        }
+        echogram.damp(air_np_per_m, speed_m_s);
+        echogram
+    }
+
+    /// One share of the particles, each of energy 1, and their number.
+    fn fly(&self, speed_m_s: f64, share: u64) -> (Echogram, u64) {
+        let source = self.source.as_dvec3();
+        let listener = self.listener.as_dvec3();
+        let mut echogram = Echogram::new();
+        let impedances: Vec<_> = self.materials.iter().map(impedance).collect();
+        let mut random = Random(0x9e37_79b9_97f4_a7c5_u64.wrapping_mul(2 * share + 1));
+        let (mut particles, mut legs) = (0, 0);
+        while legs < LEGS / SHARES {
+            particles += 1;
+            let mut at = source;
+            let mut direction = random.sphere();
+            let mut energy = 1.0;
+            let mut floor = ROULETTE;
+            let mut path_m = 0.0;
+            let mut reflections = 0;
+            while path_m < LENGTH_S * speed_m_s {
+                legs += 1;
+                let hit = self.next(at, direction);
+                let leg_m = hit.as_ref().map_or(f64::INFINITY, |met| met.leg_m);
+                if reflections > 0 {
+                    let time = |path_m: f64| path_m / speed_m_s;
+                    echogram.count(at, direction, leg_m, listener, path_m, energy, time);
+                }
+                let Some(met) = hit else { break };
+                at += leg_m * direction;
+                path_m += leg_m;
+                reflections += 1;
+                let material = &self.materials[met.material];
+                let (zeta, residue) = impedances[met.material];
+                let towards = direction.dot(met.normal);
+                let z = zeta * towards.abs();
+                let reflected = ((z - 1.0) / (z + 1.0) * residue).powi(2);
+                let through = f64::from(material.transmission[0]);
+                let mut side = -towards.signum() * met.normal;
+                // Particles of the partition's law are split evenly; the energies are those of the wall.
+                if through > 0.0 && random.unit() < 0.5 {
+                    energy *= 2.0 * through;
+                    floor *= 2.0 * through;
+                    side = -side;
+                    direction = random.lambert(side);
+                } else {
+                    energy *= reflected * if through > 0.0 { 2.0 } else { 1.0 };
+                    if random.unit() < f64::from(material.scattering[0]) {
+                        direction = random.lambert(side);
+                    } else {
+                        direction -= 2.0 * towards * met.normal;
+                    }
+                }
+                if energy < floor {
+                    if random.unit() >= ROULETTE_SURVIVAL {
+                        break;
+                    }
+                    energy /= ROULETTE_SURVIVAL;
+                    floor *= ROULETTE;
+                }
+            }
+        }
+        (echogram, particles)
+    }
+
+    /// What is ahead.
+    fn next(&self, at: DVec3, direction: DVec3) -> Option<Met> {
+        let mut nearest: Option<Met> = None;
+        for panel in &self.panels {
+            let axis = panel.axis;
+            let leg_m = (panel.at - at[axis]) / direction[axis];
+            let is_nearer = |met: &Met| leg_m < met.leg_m;
+            if leg_m.is_nan() || leg_m <= 1e-9 || !nearest.as_ref().is_none_or(is_nearer) {
+                continue;
+            }
+            let point = at + leg_m * direction;
+            let is_within = |other: usize| {
+                let [low, high] = panel.corners;
+                point[other] >= low[other] - 1e-9 && point[other] <= high[other] + 1e-9
+            };
+            if is_within((axis + 1) % 3) && is_within((axis + 2) % 3) {
+                nearest = Some(Met {
+                    leg_m,
+                    normal: DVec3::AXES[axis],
+                    material: panel.material,
+                });
+            }
+        }
+        for triangle in &self.triangles {
+            let met = triangle.meet(at, direction);
+            let is_nearer =
+                |met: &Met| nearest.as_ref().is_none_or(|other| met.leg_m < other.leg_m);
+            nearest = met.filter(is_nearer).or(nearest);
+        }
+        nearest
+    }
+}
+
+impl Triangle {
+    fn meet(&self, at: DVec3, direction: DVec3) -> Option<Met> {
+        let [a, b, c] = self.corners;
+        let normal = (b - a).cross(c - a).normalize();
+        let leg_m = (a - at).dot(normal) / direction.dot(normal);
+        let point = at + leg_m * direction;
+        let is_within = [[a, b], [b, c], [c, a]]
+            .iter()
+            .all(|[from, to]| (to - from).cross(point - from).dot(normal) >= -1e-9);
+        let is_ahead = leg_m.is_finite() && leg_m > 1e-9;
+        (is_ahead && is_within).then_some(Met {
+            leg_m,
+            normal,
+            material: self.material,
+        })
+    }
+}
+
+/// Real specific impedance and residual factor, the material model's definition.
+fn impedance(material: &Material) -> (f64, f64) {
+    foresound::acoustics::material::impedance_of_absorption(f64::from(material.absorption[0]))
+}
+
+/// Legs of the particles of a room, and shares in which they fly: the scatter over seeds is below a fifth of the laws' bounds.
+const LEGS: u64 = 150_000_000;
+const SHARES: u64 = 16;
+
+/// Energy relative to a particle's first one at which it ends, unless it survives in place of others, and the chance of that.
+const ROULETTE: f64 = 1e-5;
+const ROULETTE_SURVIVAL: f64 = 0.1;
+
+/// Radius of the ball that particles are counted in.
+const BALL_M: f64 = 0.5;
+
+/// Time steps of an echogram and their length: 60 dB and more in the room that decays most slowly.
+const STEPS: usize = 1000;
+pub(super) const STEP_S: f64 = 0.01;
+const LENGTH_S: f64 = STEPS as f64 * STEP_S;
+
+/// Energy relative to the free field at 1 m over time.
+#[derive(Debug, Clone)]
+pub(super) struct Echogram {
+    /// By time step and band.
+    pub(super) energy: Vec<[f64; BANDS]>,
+    /// Late energy (after 80 ms) without air from −x, x, −y, y, −z, z by the squares of the cosines.
+    pub(super) towards: [f64; 6],
+}
+
+impl Echogram {
+    pub(super) fn new() -> Self {
+        Self {
+            energy: vec![[0.0; BANDS]; STEPS],
+            towards: [0.0; 6],
+        }
+    }
+
+    /// Counts a flight from `at` over `leg_m`.
+    #[expect(clippy::too_many_arguments, reason = "a flight, a ball and a clock")]
+    fn count(
+        &mut self,
+        at: DVec3,
+        direction: DVec3,
+        leg_m: f64,
+        listener: DVec3,
+        path_m: f64,
+        energy: f64,
+        time: impl Fn(f64) -> f64,
+    ) {
+        let to = listener - at;
+        let along = to.dot(direction);
+        let aside = to.length_squared() - along * along;
+        if aside >= BALL_M * BALL_M {
+            return;
+        }
+        let half = (BALL_M * BALL_M - aside).sqrt();
+        let inside_m = (along + half).min(leg_m) - (along - half).max(0.0);
+        if inside_m <= 0.0 {
+            return;
+        }
+        let at_s = time(path_m + along.max(0.0));
+        if let Some(step) = self.energy.get_mut((at_s / STEP_S) as usize) {
+            step[0] += energy * inside_m;
+            if at_s > 0.08 {
+                for (sum, share) in self.towards.iter_mut().zip(axis_shares(-direction)) {
+                    *sum += energy * inside_m * share;
+                }
+            }
+        }
+    }
+
+    /// Spreads the first band to all, with the air's absorption.
+    fn damp(&mut self, air_np_per_m: &BandArray, speed_m_s: f64) {
+        for (step, energy) in self.energy.iter_mut().enumerate() {
+            let path_m = (step as f64 + 0.5) * STEP_S * speed_m_s;
+            let plain = energy[0];
+            for b in 0..BANDS {
+                energy[b] = plain * (-2.0 * f64::from(air_np_per_m[b]) * path_m).exp();
+            }
+        }
+    }
+
+    /// Decay time in seconds from the line between two levels of the decay curve below its start, in dB.
+    pub(super) fn decay_time_s(&self, band: usize, top_db: f64, bottom_db: f64) -> Option<f64> {
+        let mut left: f64 = self.energy.iter().map(|e| e[band]).sum();
+        let whole = left;
+        let (mut n, mut t, mut tt, mut y, mut ty) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let mut is_reached = false;
+        for (step, energy) in self.energy.iter().enumerate() {
+            let level_db = 10.0 * (left / whole).max(1e-30).log10();
+            if level_db <= top_db && level_db >= bottom_db {
+                let at = step as f64 * STEP_S;
+                n += 1.0;
+                t += at;
+                tt += at * at;
+                y += level_db;
+                ty += at * level_db;
+            }
+            is_reached |= level_db < bottom_db;
+            left -= energy[band];
+        }
+        let slope = (n * ty - t * y) / (n * tt - t * t);
+        (is_reached && n > 3.0 && slope < 0.0).then_some(-60.0 / slope)
+    }
+
+    /// Level in dB of the energy after 80 ms.
+    pub(super) fn late_db(&self, band: usize) -> f64 {
+        let late = self.energy.iter().skip((0.08 / STEP_S) as usize);
+        10.0 * late.map(|e| e[band]).sum::<f64>().max(1e-30).log10()
+    }
+
+    /// Clarity in dB, the direct sound included.
+    pub(super) fn clarity_db(&self, band: usize, direct: f64) -> f64 {
+        let early = self.energy.iter().take((0.08 / STEP_S) as usize);
+        let early = early.map(|e| e[band]).sum::<f64>() + direct;
+        10.0 * early.log10() - self.late_db(band)
+    }
+}
+
+/// Shares of a direction towards −x, x, −y, y, −z, z: squares of the cosines.
+pub(super) fn axis_shares(towards: DVec3) -> [f64; 6] {
+    std::array::from_fn(|number| {
+        let sign = if number % 2 == 0 { -1.0 } else { 1.0 };
+        (sign * towards[number / 2]).max(0.0).powi(2)
+    })
+}
+
+/// Marsaglia's xorshift64*.
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn sphere(&mut self) -> DVec3 {
+        let z = 1.0 - 2.0 * self.unit();
+        let r = (1.0 - z * z).sqrt();
+        let (sin, cos) = (std::f64::consts::TAU * self.unit()).sin_cos();
+        DVec3::new(r * cos, r * sin, z)
+    }
+
+    /// A direction about a unit normal by Lambert's law.
+    fn lambert(&mut self, normal: DVec3) -> DVec3 {
+        let direction = (self.sphere() + normal).normalize_or_zero();
+        if direction.dot(normal) > 0.0 {
+            direction
+        } else {
+            self.lambert(normal)
+        }
+    }
+}
