@@ -288,7 +288,7 @@ mod tests {
         // 8 % of 16.7 ms are 13,333 units.
         assert_eq!(run(12_000), 1);
         assert_eq!(run(24_000), 2);
-        assert_eq!(run(90_000), MAX_RAY_DIVISOR);
+        assert_eq!(run(200_000), MAX_RAY_DIVISOR);
         assert_eq!(run(4_000), 1);
     }
 

@@ -61,10 +61,10 @@ impl UpdateKind {
             Self::Late => 0.085,
             Self::Plain => 0.66,
         };
-        // Whole updates for the others have no nearby paths and take half the time.
+        // Whole updates for the others have no nearby paths: counted, they take 0.63 of the time with one source, 0.75 with 16.
         match predictor {
             PredictorKind::Geometric(_) => share.min(1.0),
-            PredictorKind::Hold | PredictorKind::Linear => (2.0 * share).min(1.0),
+            PredictorKind::Hold | PredictorKind::Linear => (1.4 * share).min(1.0),
         }
     }
 }
