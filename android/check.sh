@@ -233,6 +233,15 @@ prove_kotlin() {
 # The build scripts compiled against stand-ins, and the command they make.
 prove_scripts() {
     find_kotlin
+    # The published checksum of gradle-wrapper.jar 9.1.0, and of the archive that it fetches.
+    local wrapper=android/gradle/wrapper
+    echo "76805e32c009c0cf0dd5d206bddc9fb22ea42e84db904b764f3047de095493f3 $wrapper/gradle-wrapper.jar" | sha256sum -c - || return 1
+    grep -q '/gradle-9.1.0-bin.zip$' $wrapper/gradle-wrapper.properties || return 1
+    grep -qx 'distributionSha256Sum=a17ddd85a26b6a7f5ddb71ff8b05fc5104c0202c6e64782429790c933686c806' \
+        $wrapper/gradle-wrapper.properties || return 1
+    # It starts, and asks for that archive; offline it gets no further.
+    GRADLE_USER_HOME=$work/gradle timeout 60 android/gradlew -p android --version >"$work/wrapper.out" 2>&1 ||
+        grep -q 'Downloading .*/gradle-9.1.0-bin.zip' "$work/wrapper.out" || { cat "$work/wrapper.out" && return 1; }
     rm -rf "$work/scripts" "$work/script-classes"
     mkdir -p "$work/script-classes"
     python3 android/check/gradle/assemble.py "$work/scripts" || return 1
@@ -308,6 +317,8 @@ prove_android() {
     local chain=$work/toolchain
     [ "$chain/bin/android-c++" -nt android/check/native/bionic.sym ] ||
         android/check/native/make-toolchain.sh "$chain" || return 1
+    # The size is that of the profile which ships, whatever the environment makes of it.
+    unset "${!CARGO_PROFILE_RELEASE_@}"
     export RUSTC_BOOTSTRAP=1 CARGO_TARGET_DIR=$work/android
     export CARGO_TARGET_AARCH64_LINUX_ANDROID_LINKER=$chain/bin/android-clang
     export CC_aarch64_linux_android=$chain/bin/android-cc CXX_aarch64_linux_android=$chain/bin/android-c++

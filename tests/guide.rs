@@ -80,6 +80,12 @@ fn every_link_leads_to_a_file() {
             count += 1;
         }
     }
+    // The book is published without the repository around it.
+    for page in chapters() {
+        for link in links(&read(&page)) {
+            assert!(!link.contains(".."), "{}: {link}", page.display());
+        }
+    }
     assert!(count > 30, "{count} links");
     assert_eq!(
         links("[a](b.md#c) `x` ![p](q.png) [r](https://s)"),
@@ -145,12 +151,14 @@ fn code_is_that_of_the_files_that_are_compiled() {
             }
         }
     }
-    // Bevy's example is compiled with the tests of its workspace, Godot's runs in its check, the others are compiled by check.sh.
-    let [bevy, c, kotlin, godot] = files.as_slice() else {
+    // Bevy's example is compiled with the tests of its workspace, Godot's runs in its check, Unity's sample is compiled and run
+    // with its package, the others are compiled by check.sh.
+    let [bevy, c, kotlin, godot, unity] = files.as_slice() else {
         panic!("{files:?}");
     };
     assert_eq!(bevy, "integrations/bevy/examples/first_sound.rs");
     assert_eq!(godot, "integrations/godot/project/first_sound.gd");
+    assert_eq!(unity, "android/unity/Samples~/FirstSound/FirstSound.cs");
     let others = [c, kotlin];
     assert_eq!(others, ["android/c/first.c", "android/jvm/FirstSound.kt"]);
     let check = read("android/check.sh");

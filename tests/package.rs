@@ -82,6 +82,29 @@ fn packages_hold_their_sources_and_what_those_include() {
     }
 }
 
+/// What the program brings along is named by links into `assets`, which `tools/build.rs` goes around and `cargo package`
+/// follows. A checkout without links has their text in their place. Licences are files everywhere.
+#[test]
+fn packaged_files_are_those_of_the_repository() {
+    let root = Path::new(ROOT);
+    let list = cargo(&["--list", "-p", "foresound-tools"]);
+    let bundled: Vec<&str> = list.lines().filter(|l| l.starts_with("bundled/")).collect();
+    assert_eq!(bundled.len(), 19, "{bundled:?}");
+    for line in bundled {
+        let name = line.strip_prefix("bundled/").expect("filtered");
+        let own = fs::read(root.join("tools").join(line)).expect("a link or a file");
+        let asset = fs::read(root.join("assets").join(name)).expect("an asset of this name");
+        let link = format!("../../../assets/{name}");
+        assert!(own == asset || own == link.as_bytes(), "{line}");
+    }
+    for name in ["LICENSE-APACHE", "LICENSE-MIT"] {
+        let own = root.join("tools").join(name);
+        assert!(!own.is_symlink(), "tools/{name}");
+        let same = fs::read(own).expect("a file") == fs::read(root.join(name)).expect("a file");
+        assert!(same, "tools/{name} differs");
+    }
+}
+
 fn collect(folder: &Path, into: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();

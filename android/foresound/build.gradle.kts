@@ -125,7 +125,7 @@ publishing {
             }
         }
     }
-    // `gradle -p android :foresound:publish` fills a folder that can be uploaded, or used as it is.
+    // `android/gradlew -p android :foresound:publish` fills a folder that can be uploaded, or used as it is.
     repositories {
         maven {
             name = "folder"

@@ -11,9 +11,10 @@ use foresound::output::WholeFile;
 use foresound::scene::procedural::{by_name, write_files};
 use foresound::{Error, Result};
 
+// The folder is found by `tools/build.rs`.
 macro_rules! sounds {
     ($($name:literal)*) => {
-        &[$(($name, include_bytes!(concat!("../../bundled/", $name, ".wav")))),*]
+        &[$(($name, include_bytes!(concat!(env!("FORESOUND_BUNDLED"), "/", $name, ".wav")))),*]
     };
 }
 
@@ -26,8 +27,8 @@ const SOUNDS: &[(&str, &[u8])] = sounds! {
 
 /// The measurement of which the built-in HRTF sets are made, a SOFA file.
 pub(crate) const KEMAR: &[u8] = include_bytes!(concat!(
-    "../../bundled/",
-    "hrtf/MIT_KEMAR_normal_pinna.sofa"
+    env!("FORESOUND_BUNDLED"),
+    "/hrtf/MIT_KEMAR_normal_pinna.sofa"
 ));
 
 /// The OBJ file of a benchmark scene; its TOML file is beside it.
@@ -98,4 +99,22 @@ fn cache() -> Result<PathBuf> {
     let folder = base.join(format!("foresound/{:016x}", build.finish()));
     fs::create_dir_all(&folder).map_err(|error| Error::file(&folder, error, ADVICE))?;
     Ok(folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A checkout without symbolic links has a line of text in place of each file of `bundled`: none is in the program, and
+    /// each has a file of that name to become one of the package.
+    #[test]
+    fn sounds_are_files_and_not_links() {
+        let bundled = Path::new(env!("CARGO_MANIFEST_DIR")).join("bundled");
+        for (name, bytes) in SOUNDS {
+            assert!(bytes.starts_with(b"RIFF"), "{name} is no WAV file");
+            let file = bundled.join(format!("{name}.wav"));
+            assert!(fs::symlink_metadata(&file).is_ok(), "{}", file.display());
+        }
+        assert!(KEMAR.starts_with(b"\x89HDF"), "no SOFA file");
+    }
 }

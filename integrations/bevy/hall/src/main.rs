@@ -2,17 +2,18 @@
 //!
 //! The listener walks by itself until an arrow key is pressed: up and down walk, left and right turn. A line is a path from a source
 //! to the listener: white is direct, yellow, orange and red have one, two and more reflections, blue goes around an edge; faint is
-//! quiet. Without a sound device it is silent, and draws the same. `--screenshot FILE.png SECONDS` saves the window after a
-//! while and ends; the picture is black while Bevy still compiles its shaders, which takes tens of seconds in software.
+//! quiet. Without a sound device it is silent, and draws the same. `--screenshot FILE.png SECONDS` walks for some seconds, waits
+//! until Bevy has compiled its shaders, saves the window and ends.
 
 mod hall;
+mod picture;
 mod walk;
 
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::prelude::*;
-use bevy::render::view::screenshot::{Screenshot, save_to_disk};
 use foresound_bevy::foresound::EngineSettings;
 use foresound_bevy::{Foresound, ForesoundPlugin, ForesoundSource};
+use picture::Picture;
 
 /// Files of the hall and of the voices.
 const ASSETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets");
@@ -20,14 +21,6 @@ const ASSETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets");
 const DRAWN_PATHS: usize = 48;
 /// A path of this level is as faint as lines get; 0 dB, the free field at 1 m, is opaque.
 const FAINTEST_DB: f32 = -42.0;
-
-/// What the command line asks for: a file, and the seconds until it is written.
-#[derive(Resource)]
-struct Saved {
-    file: String,
-    after_s: f32,
-    is_done: bool,
-}
 
 fn paths(
     mut engine: ResMut<Foresound>,
@@ -58,41 +51,22 @@ fn paths(
     );
 }
 
-fn save(
-    time: Res<Time>,
-    saved: Option<ResMut<Saved>>,
-    mut engine: ResMut<Foresound>,
-    mut commands: Commands,
-    mut exit: MessageWriter<AppExit>,
-) {
-    let Some(mut saved) = saved else { return };
-    let is_time = time.elapsed_secs() > saved.after_s && engine.paths().next().is_some();
-    if is_time && !saved.is_done {
-        saved.is_done = true;
-        let mut picture = commands.spawn(Screenshot::primary_window());
-        picture.observe(save_to_disk(saved.file.clone()));
-    } else if saved.is_done && std::path::Path::new(&saved.file).exists() {
-        exit.write(AppExit::Success);
-    }
-}
-
-/// The word after an argument, or what is wrong.
-fn arguments() -> Result<Option<Saved>, String> {
+/// The picture that is asked for, or what is wrong.
+fn arguments() -> Result<Option<Picture>, String> {
     const USAGE: &str = "usage: foresound-bevy-hall [--screenshot FILE.png SECONDS]";
     let words: Vec<String> = std::env::args().skip(1).collect();
     match words.as_slice() {
         [] => Ok(None),
-        [flag, file, seconds] if flag == "--screenshot" => Ok(Some(Saved {
-            file: file.clone(),
-            after_s: seconds.parse().map_err(|_| USAGE)?,
-            is_done: false,
-        })),
+        [flag, file, seconds] if flag == "--screenshot" => {
+            let after_s = seconds.parse().map_err(|_| USAGE)?;
+            Ok(Some(Picture::new(file.clone(), after_s)))
+        }
         _ => Err(USAGE.into()),
     }
 }
 
 fn main() -> Result<(), String> {
-    let saved = arguments()?;
+    let picture = arguments()?;
     let mesh = hall::load()?;
     let assets = AssetPlugin {
         file_path: format!("{ASSETS}/speech"),
@@ -113,11 +87,12 @@ fn main() -> Result<(), String> {
         settings,
         ..default()
     });
-    if let Some(saved) = saved {
-        app.insert_resource(saved);
+    if let Some(picture) = picture {
+        app.insert_resource(picture).add_plugins(picture::plugin);
     }
-    app.insert_resource(hall::Hall(mesh))
-        .insert_resource(ClearColor(Color::srgb(0.02, 0.02, 0.03)))
+    let exit = app
+        .insert_resource(hall::Hall(mesh))
+        .insert_resource(ClearColor(picture::BACKGROUND))
         .insert_resource(GlobalAmbientLight {
             brightness: 350.0,
             ..default()
@@ -125,14 +100,13 @@ fn main() -> Result<(), String> {
         .add_systems(Startup, (hall::build, walk::enter, camera))
         .add_systems(
             Update,
-            (
-                walk::walk,
-                (paths, save).run_if(resource_exists::<Foresound>),
-            )
-                .chain(),
+            (walk::walk, paths.run_if(resource_exists::<Foresound>)).chain(),
         )
         .run();
-    Ok(())
+    match exit {
+        AppExit::Success => Ok(()),
+        AppExit::Error(_) => Err("ended without a picture".into()),
+    }
 }
 
 /// Looks at the stage from the middle of the audience, and lines lie before walls.

@@ -111,12 +111,13 @@ function colour_of(path) {
   return path.edges > 0 ? ORDER_COLOURS.length - 1 : Math.min(path.order, ORDER_COLOURS.length - 2);
 }
 
+// The quietest first: a louder path covers it, and many quiet ones do not add up to a bright spot.
 function draw_paths() {
   const values = [];
-  for (const path of state.paths) {
+  for (const path of [...state.paths].sort((a, b) => a.db - b.db)) {
     const kind = colour_of(path);
     if (!shown[kind]) continue;
-    const strength = Math.max(0.06, Math.min(1, 1 - path.db / QUIETEST_DB)) ** 1.5;
+    const strength = Math.max(0.2, Math.min(1, 1 - path.db / QUIETEST_DB)) ** 2.5;
     const [r, g, b] = ORDER_COLOURS[kind];
     for (let i = 3; i < path.corners.length; i += 3) {
       values.push(...path.corners.slice(i - 3, i), r, g, b, strength, ...path.corners.slice(i, i + 3), r, g, b, strength);
@@ -183,16 +184,20 @@ function draw() {
   gl.uniform1f(gl.getUniformLocation(solid, "cut"), cut);
   gl.bindVertexArray(mesh.array);
   gl.drawArrays(gl.TRIANGLES, 0, mesh.count);
-  gl.uniform1f(gl.getUniformLocation(solid, "cut"), 1e9);
-  gl.bindVertexArray(objects.array);
-  gl.drawArrays(gl.TRIANGLES, 0, objects.count);
   gl.disable(gl.DEPTH_TEST);
   gl.enable(gl.BLEND);
-  gl.blendFunc(gl.SRC_ALPHA, gl.ONE);
+  gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
   gl.useProgram(flat);
   gl.uniformMatrix4fv(gl.getUniformLocation(flat, "camera"), false, matrix);
   gl.bindVertexArray(lines.array);
   gl.drawArrays(gl.LINES, 0, lines.count);
+  // Before the lines, as they can be dragged; behind walls.
+  gl.enable(gl.DEPTH_TEST);
+  gl.disable(gl.BLEND);
+  gl.useProgram(solid);
+  gl.uniform1f(gl.getUniformLocation(solid, "cut"), 1e9);
+  gl.bindVertexArray(objects.array);
+  gl.drawArrays(gl.TRIANGLES, 0, objects.count);
 }
 
 // Where a pixel's line of sight meets a height.
