@@ -279,7 +279,7 @@ mod tests {
     fn fewer_rays_are_cast_where_frames_take_too_much() {
         let mut pace = BlockPacing::new(256.0 / 44_100.0, true, 1);
         let mut run = |work: u32| {
-            for _ in 0..400 {
+            for _ in 0..600 {
                 let work = work / pace.ray_divisor();
                 spread(&mut pace, work);
             }
