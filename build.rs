@@ -12,5 +12,7 @@ fn main() {
     // 14 kB of relocations instead of 110; Android reads them since version 6.
     println!("cargo:rustc-link-arg=-Wl,--pack-dyn-relocs=android");
     // oboe-sys links c++_static alone, where operators new and delete are not.
-    println!("cargo:rustc-link-lib=c++abi");
+    if std::env::var_os("CARGO_FEATURE_OBOE").is_some() {
+        println!("cargo:rustc-link-lib=c++abi");
+    }
 }

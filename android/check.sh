@@ -306,8 +306,8 @@ debian_rust() {
     [ -x /usr/bin/rustc ] || { echo "no Debian rustc; run android/install.sh" && exit 77; }
     export RUSTC=/usr/bin/rustc RUSTDOC=/usr/bin/rustdoc
 }
-prove_android() {
-    rm -f "$work/libforesound-arm64.so"
+# Sets cargo's settings for the stand-in of the NDK.
+for_android() {
     need clang-22 ld.lld-22 llvm-readelf-22 llvm-nm-22 llvm-strip-22
     debian_rust
     [ -d /usr/lib/rustlib/src/rust/library ] || [ -d "$(/usr/bin/rustc --print sysroot)/lib/rustlib/src/rust/library" ] ||
@@ -323,11 +323,30 @@ prove_android() {
     export CARGO_TARGET_AARCH64_LINUX_ANDROID_LINKER=$chain/bin/android-clang
     export CC_aarch64_linux_android=$chain/bin/android-cc CXX_aarch64_linux_android=$chain/bin/android-c++
     export AR_aarch64_linux_android=llvm-ar-22
+}
+prove_android() {
+    rm -f "$work/libforesound-arm64.so"
+    for_android || return 1
     cargo rustc -Zbuild-std=std,panic_unwind --locked --target aarch64-linux-android --lib --crate-type cdylib \
         "${cargo_flags[@]}" || return 1
     local library=$CARGO_TARGET_DIR/aarch64-linux-android/release/libforesound.so
     exports llvm-nm-22 "$library" || return 1
     llvm-strip-22 --strip-unneeded -o "$work/libforesound-arm64.so" "$library"
+    android/check/native/check-library.sh "$library"
+}
+# The same with AAudio by ndk instead of Oboe: it needs neither a C++ compiler nor libc++.
+prove_aaudio() {
+    for_android || return 1
+    export CXX_aarch64_linux_android=/bin/false
+    local words=" ${cargo_flags[*]} "
+    # shellcheck disable=SC2206 # A list of flags.
+    local aaudio=(${words/oboe/aaudio})
+    cargo rustc -Zbuild-std=std,panic_unwind --locked --target aarch64-linux-android --lib --crate-type cdylib \
+        "${aaudio[@]}" || return 1
+    local library=$CARGO_TARGET_DIR/aarch64-linux-android/release/libforesound.so
+    exports llvm-nm-22 "$library" || return 1
+    llvm-nm-22 -D --undefined-only "$library" | grep -q ' AAudioStreamBuilder_openStream' || return 1
+    ! llvm-readelf-22 -dW "$library" | grep 'NEEDED.*OpenSLES' || return 1
     android/check/native/check-library.sh "$library"
 }
 
@@ -443,6 +462,7 @@ prove kotlin
 prove scripts
 prove unity
 prove android
+prove aaudio
 prove prefab
 prove maven
 prove notice

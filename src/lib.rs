@@ -53,7 +53,7 @@
 //!
 //! `builtin-hrtf` (default) has the HRTF sets inside the library. `files` (default) reads OBJ, PLY and TOML files and reads and
 //! writes WAV files. `gltf` reads glTF and GLB files, `compressed` FLAC and Ogg Vorbis, `sofa` HRTF sets. `play` has sound devices of a
-//! desktop. `capi` and `jni` are for the shared library. `testing` shows the modules to this repository's own tests and tools and
+//! desktop. On Android sound leaves through Oboe (`oboe`, default) or, without C++, through AAudio (`aaudio` and not `oboe`). `capi` and `jni` are for the shared library. `testing` shows the modules to this repository's own tests and tools and
 //! is not part of the interface.
 #![cfg_attr(
     not(feature = "testing"),

@@ -106,7 +106,7 @@ fn crates() -> Vec<Crate> {
     arguments.extend([
         "--no-default-features",
         "--features",
-        "builtin-hrtf,capi,jni",
+        "builtin-hrtf,capi,jni,oboe",
     ]);
     arguments.extend(["--prefix", "none", "--format", "{p}"]);
     for target in TARGETS {

@@ -1,7 +1,7 @@
 //! Interface of sound devices, which request blocks and may disappear at any time.
 //!
-//! The control side opens and drops devices; callbacks run on the device's threads. Implementations: `oboe` on Android, and
-//! those of the tests.
+//! The control side opens and drops devices; callbacks run on the device's threads. Implementations: `oboe` and
+//! `runtime::device::aaudio` on Android, and those of the tests.
 
 use crate::error::Result;
 

@@ -3,7 +3,7 @@
 #[cfg(feature = "compressed")]
 pub mod compressed;
 pub mod device;
-#[cfg(target_os = "android")]
+#[cfg(all(target_os = "android", feature = "oboe"))]
 pub mod oboe;
 #[cfg(feature = "files")]
 pub mod wav;

@@ -4,6 +4,13 @@
 //! moves from stream to stream as a [`LeasedCallback`], so the renderer survives its device. Without a device a null
 //! device keeps the time.
 
+#[cfg(any(
+    all(target_os = "android", feature = "aaudio", not(feature = "oboe")),
+    all(test, target_os = "linux")
+))]
+mod aaudio;
+#[cfg(all(test, target_os = "linux"))]
+mod aaudio_tests;
 mod callback_slot;
 #[cfg(feature = "play")]
 mod cpal_backend;

@@ -247,14 +247,23 @@ fn supervise(mut device: Box<dyn Device>, rate_hz: u32, shared: &Arc<Shared>) {
     }
 }
 
-/// The system's device: Oboe on Android, elsewhere the null device.
+/// The system's device: on Android Oboe, or AAudio by `ndk` without the feature `oboe`; elsewhere the null device.
 pub fn system_device() -> Box<dyn Device> {
-    #[cfg(target_os = "android")]
+    #[cfg(all(target_os = "android", feature = "oboe"))]
     {
         Box::new(crate::output::oboe::OboeDevice)
+    }
+    #[cfg(all(target_os = "android", feature = "aaudio", not(feature = "oboe")))]
+    {
+        Box::new(crate::runtime::device::aaudio::AaudioDevice)
     }
     #[cfg(not(target_os = "android"))]
     {
         Box::new(crate::runtime::device::null_device::NullOutput)
     }
 }
+
+#[cfg(all(target_os = "android", not(any(feature = "oboe", feature = "aaudio"))))]
+compile_error!(
+    "Android needs a sound output: turn on the feature `oboe` (the default) or `aaudio`"
+);
