@@ -130,13 +130,13 @@ prove_install() {
     shared=$(PKG_CONFIG_PATH=$to/lib/pkgconfig pkg-config --cflags --libs foresound) || return 1
     static="$(PKG_CONFIG_PATH=$to/lib/pkgconfig pkg-config --cflags foresound) $to/lib/libforesound.a -lm -lpthread -ldl"
     version=$(PKG_CONFIG_PATH=$to/lib/pkgconfig pkg-config --modversion foresound)
-    readelf -d "$to/lib/libforesound.so" | grep -q "SONAME.*libforesound.so.${version%%.*}\]" || return 1
+    readelf -d "$to/lib/libforesound.so" | grep "SONAME.*libforesound.so.${version%%.*}\]" >/dev/null || return 1
     [ -e "$to/lib/libforesound.so.$version" ] || return 1
     # shellcheck disable=SC2086 # Lists of flags.
     gcc -std=c99 -O2 android/c/walk.c -o "$to/shared" $shared -Wl,-rpath,"$to/lib" || return 1
     # shellcheck disable=SC2086
     gcc -std=c99 -O2 android/c/walk.c -o "$to/static" $static || return 1
-    readelf -d "$to/shared" | grep -q "NEEDED.*libforesound.so.${version%%.*}\]" || return 1
+    readelf -d "$to/shared" | grep "NEEDED.*libforesound.so.${version%%.*}\]" >/dev/null || return 1
     local program
     for program in shared static; do
         "$to/$program" assets/scenes/doorway.obj "$to/$program.raw" || return 1
@@ -345,7 +345,7 @@ prove_aaudio() {
         "${aaudio[@]}" || return 1
     local library=$CARGO_TARGET_DIR/aarch64-linux-android/release/libforesound.so
     exports llvm-nm-22 "$library" || return 1
-    llvm-nm-22 -D --undefined-only "$library" | grep -q ' AAudioStreamBuilder_openStream' || return 1
+    llvm-nm-22 -D --undefined-only "$library" | grep ' AAudioStreamBuilder_openStream' >/dev/null || return 1
     ! llvm-readelf-22 -dW "$library" | grep 'NEEDED.*OpenSLES' || return 1
     android/check/native/check-library.sh "$library"
 }
