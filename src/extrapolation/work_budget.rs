@@ -3,7 +3,7 @@
 //! Audio side; arithmetic. The sound thread computes a part of a graphics frame in each block, which evens out the block
 //! times. Work is counted, not timed: equal budgets produce equal parts. The frame is bit-identical for all budgets.
 
-/// Work in units of about 100 ns on a desktop core.
+/// Work in units of about 1,000 instructions: 100 to 150 ns on a desktop core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WorkBudget {
     limit: u32,
@@ -60,7 +60,7 @@ pub(crate) mod cost {
     pub(crate) const UNFOLDED: usize = 2;
     /// Amplitude and direction of a reflected path.
     pub(crate) const REFLECTED: usize = 4;
-    /// A path over a curved surface.
+    /// A path over a curved surface. One of unknown geometry, which is rare, counts as much.
     pub(crate) const CURVED: usize = 18;
     /// The points of a diffracted path.
     pub(crate) const DIFFRACTED: usize = 15;

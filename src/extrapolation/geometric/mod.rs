@@ -149,7 +149,8 @@ impl GeometricPredictor {
         self.sources.reserve(sources);
     }
 
-    /// Casts one of this many visibility rays from the next frame on, and extrapolates paths over so many times the distance.
+    /// From the next frame on casts one of this many visibility rays, and extrapolates waves at edges and amplitudes over so many times
+    /// the distance.
     pub(crate) fn set_ray_divisor(&mut self, divisor: u32) {
         self.next_ray_divisor = divisor.max(1);
     }

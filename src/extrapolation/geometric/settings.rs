@@ -27,8 +27,8 @@ pub struct GeometricSettings {
     /// The listener position for which updates are computed.
     pub prediction_target: PredictionTarget,
     /// Amplitudes of reflections, edge waves and paths around edges are evaluated in one of this many graphics frames, and
-    /// extrapolated linearly in the others as long as source and listener move little. 0 counts as 1. Delays and directions of
-    /// straight and reflected paths are exact in every frame.
+    /// extrapolated linearly in the others as long as source and listener move little. 0 counts as 1. Where a sound thread casts
+    /// fewer rays, in one of twice as many. Delays and directions of straight and reflected paths are exact in every frame.
     pub exact_every: u32,
 }
 

@@ -50,7 +50,7 @@ const SETTLING_FRAMES: u32 = 8;
 /// Weight of a new frame in the mean work.
 const MEAN_WEIGHT: f64 = 1.0 / 16.0;
 
-/// Seconds of a unit of work there.
+/// Seconds of a unit of work, 1,000 instructions, on a fast desktop core.
 const UNIT_S: f64 = 1e-7;
 
 /// Length of a graphics frame in blocks, at least 1.
