@@ -11,6 +11,7 @@ use std::f32::consts::{PI, SQRT_2, TAU};
 use glam::Vec3;
 
 use crate::generation::panning::ambisonics;
+use crate::generation::panning::angle::angle;
 use crate::generation::panning::layout::Layout;
 use crate::generation::panning::loudspeakers::{Loudspeakers, stereo};
 use crate::simd::{F32x8, LaneSet, kernel, prefetch};
@@ -271,8 +272,8 @@ impl DirectionTable {
     /// The four grid points around a direction and their interpolation weights.
     fn corners(&self, direction: Vec3) -> Corners {
         let horizontal = (direction.x * direction.x + direction.z * direction.z).sqrt();
-        let turns = (-direction.x).atan2(-direction.z) / TAU;
-        let rise = direction.y.atan2(horizontal) / PI + 0.5;
+        let turns = angle(-direction.x, -direction.z) / TAU;
+        let rise = angle(direction.y, horizontal) / PI + 0.5;
         // `max` converts NaN to zero.
         let column = (turns - turns.floor()).clamp(0.0, 1.0).max(0.0) * self.azimuths as f32;
         let row = rise.clamp(0.0, 1.0).max(0.0) * (self.elevations - 1) as f32;

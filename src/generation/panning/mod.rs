@@ -4,6 +4,7 @@
 //! delay an ear and shared filters after it. Generation has one path for all of them.
 
 pub(crate) mod ambisonics;
+pub(crate) mod angle;
 pub(crate) mod direction_table;
 pub(crate) mod layout;
 pub(crate) mod loudspeakers;
