@@ -165,14 +165,19 @@ kernel! {
     /// into `output`.
     fn filter_lanes<L>(input: &[f32], taps: &AirTaps, output: &mut [f32]) {
         let taps = taps.map(L::splat);
-        for (index, frame) in output.chunks_mut(8).enumerate() {
+        let (eights, rest) = output.as_chunks_mut::<8>();
+        let whole = eights.len();
+        for index in 0..whole + usize::from(!rest.is_empty()) {
             let at = |offset: usize| L::load_at(input, 8 * index + offset);
             let mut sum = at(AIR_DELAY).mul(taps[0]);
             for away in 1..=AIR_DELAY {
                 let pair = at(AIR_DELAY - away).add(at(AIR_DELAY + away));
                 sum = pair.mul_add(taps[away], sum);
             }
-            frame.copy_from_slice(&sum.to_array().0[..frame.len()]);
+            match index < whole {
+                true => sum.store(&mut eights[index]),
+                false => rest.copy_from_slice(&sum.to_array().0[..rest.len()]),
+            }
         }
     }
 }

@@ -405,6 +405,9 @@ kernel! {
         for (input, output) in inputs.iter().zip(outputs) {
             L::load(input).mul_add(lanes, L::load(output)).store(output);
         }
+        if rest.is_empty() {
+            return;
+        }
         let mut tail = F32x8::ZERO;
         let mut sums = F32x8::ZERO;
         tail.0[..rest.len()].copy_from_slice(rest);
