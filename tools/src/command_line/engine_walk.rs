@@ -12,7 +12,7 @@ use foresound::runtime::{
 use foresound::scene::{Scene, SourceId};
 
 /// Silent graphics frames before the sounds begin: every source has its slot.
-const LEAD_IN_FRAMES: u32 = 20;
+pub(crate) const LEAD_IN_FRAMES: u32 = 20;
 
 /// An engine whose sources have sounded since its walk began.
 pub(crate) struct EngineWalk {

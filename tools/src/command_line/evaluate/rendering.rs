@@ -21,12 +21,9 @@ use foresound_tools::talk;
 use super::motion::Motion;
 use super::plan::Unit;
 use super::stage::{Props, RATE_HZ, Stage};
-use crate::engine_walk::{EngineWalk, Observed, add_sources, give_handles};
+use crate::engine_walk::{EngineWalk, LEAD_IN_FRAMES, Observed, add_sources, give_handles};
 use crate::processor_shares::processor_s;
 use crate::session::median;
-
-/// Updates before a rendering by the clock begins: every ray rotation has been seen.
-const WARM_UPDATES: u64 = 17;
 
 /// Sound and cost.
 pub(super) struct Rendered {
@@ -279,18 +276,12 @@ fn real_engine(unit: &Unit, stage: &Stage, props: &Props, how: How) -> Result<Re
     let mut poses = Poses::default();
     motion.set_poses(0.0, &mut poses);
     let ids = add_sources(&mut controller, &poses)?;
+    give_handles(&ids, &mut poses);
     let mut block = vec![0.0; 2 * renderer.block_frames()];
     let block_s = renderer.block_frames() as f64 / f64::from(RATE_HZ);
     let frame_s = unit.pace.graphics_rate_hz.recip();
-    give_handles(&ids, &mut poses);
-    while controller.statistics().updates < WARM_UPDATES {
-        controller.tick(poses.listener, &poses.sources)?;
-        renderer.render(&mut block);
-        std::thread::sleep(Duration::from_secs_f64(frame_s));
-    }
-    play(&mut controller, &ids, unit, props)?;
     let mut ears = [Vec::new(), Vec::new()];
-    let mut observed = Observed::after(controller.statistics().updates);
+    let mut observed = Observed::default();
     let began = Instant::now();
     let wait_until = |time_s: f64| {
         let left_s = time_s - began.elapsed().as_secs_f64();
@@ -299,19 +290,31 @@ fn real_engine(unit: &Unit, stage: &Stage, props: &Props, how: How) -> Result<Re
         }
     };
     let mut blocks = 0u32;
-    for frame in 0..graphics_frames(unit) {
+    // The sounds begin after as many graphics frames as on the virtual clock, so each block begins at the same time of the walk.
+    let lead_in = u64::from(LEAD_IN_FRAMES);
+    for frame in 0..lead_in + graphics_frames(unit) {
         let time_s = frame as f64 * frame_s;
         wait_until(time_s);
-        motion.set_poses(time_s, &mut poses);
-        give_handles(&ids, &mut poses);
+        if let Some(walked) = frame.checked_sub(lead_in) {
+            motion.set_poses(walked as f64 * frame_s, &mut poses);
+            give_handles(&ids, &mut poses);
+        }
+        if frame == lead_in {
+            play(&mut controller, &ids, unit, props)?;
+            observed = Observed::after(controller.statistics().updates);
+        }
         controller.tick(poses.listener, &poses.sources)?;
         while f64::from(blocks) * block_s < time_s + frame_s {
             wait_until(f64::from(blocks) * block_s);
             renderer.render(&mut block);
-            push_block(&mut ears, &block);
+            if frame >= lead_in {
+                push_block(&mut ears, &block);
+            }
             blocks += 1;
         }
-        observed.add(&controller.statistics());
+        if frame >= lead_in {
+            observed.add(&controller.statistics());
+        }
     }
     let statistics = controller.statistics();
     let update_s = statistics.propagation.p50_s;
