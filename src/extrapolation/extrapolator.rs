@@ -8,6 +8,7 @@ use super::predictor::{Predictor, PredictorKind};
 use super::tracking::match_by_id;
 
 use crate::extrapolation::direct_lines::DirectLines;
+use crate::extrapolation::frame_effort::FrameEffort;
 use crate::extrapolation::frame_mix::{FrameMix, MixSmoother};
 use crate::extrapolation::geometric::{GeometricPredictor, PreparedUpdate, SourceShadow};
 use crate::extrapolation::line_extrapolation::ExtrapolationReach;
@@ -262,13 +263,10 @@ impl Extrapolator {
         std::mem::replace(&mut self.predictor, predictor)
     }
 
-    /// From the next frame on casts one of this many visibility rays of [`GeometricSettings::rays_per_source`], and extrapolates
-    /// waves at edges and amplitudes over so many times the distance; 0 counts as 1. Other predictors do neither. Real-time.
-    ///
-    /// [`GeometricSettings::rays_per_source`]: crate::extrapolation::GeometricSettings::rays_per_source
-    pub fn set_ray_divisor(&mut self, divisor: u32) {
+    /// The effort of the geometric predictor from the next frame on; other predictors have one effort. Real-time.
+    pub fn set_effort(&mut self, effort: FrameEffort) {
         if let Rule::Geometric(predictor) = &mut self.predictor.0 {
-            predictor.set_ray_divisor(divisor);
+            predictor.set_effort(effort);
         }
     }
 

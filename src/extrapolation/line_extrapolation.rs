@@ -34,10 +34,10 @@ impl Default for ExtrapolationReach {
 
 impl ExtrapolationReach {
     /// For frames of which one in `every` evaluates a path, over so many times the usual distance.
-    pub(crate) fn of(every: u32, divisor: u32) -> Self {
+    pub(crate) fn of(every: u32, times: u32) -> Self {
         Self {
             every,
-            distance_m: AHEAD_M * divisor as f32,
+            distance_m: AHEAD_M * times as f32,
         }
     }
 

@@ -6,6 +6,7 @@
 mod direct_lines;
 pub mod extrapolator;
 pub mod frame;
+pub mod frame_effort;
 mod frame_mix;
 mod frame_steps;
 pub mod geometric;
@@ -29,5 +30,6 @@ pub use frame::{
     FramePath, FramePaths, LATE_DIRECTION_VECTORS, LATE_DIRECTIONS, LATE_GROUPS, LATE_SEGMENTS,
     LateGroup, LateSend, Obstruction, PathKind, WideArrival,
 };
+pub use frame_effort::FrameEffort;
 pub use level::extrapolation_level;
 pub use predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};

@@ -3,7 +3,7 @@
 //! Audio side; arithmetic. The sound thread computes a part of a graphics frame in each block, which evens out the block
 //! times. Work is counted, not timed: equal budgets produce equal parts. The frame is bit-identical for all budgets.
 
-/// Work in units of about 1,000 instructions: 100 to 150 ns on a desktop core.
+/// Work in units of about 110 ns on a desktop core, some 600 instructions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WorkBudget {
     limit: u32,
@@ -52,7 +52,7 @@ impl WorkBudget {
     }
 }
 
-/// Costs in units of about 1,000 instructions, counted with sixteen sources in the concert hall (`examples/count_blocks.rs`).
+/// Costs in units, after counts of instructions with sixteen sources in the concert hall (`examples/count_blocks.rs`).
 pub(crate) mod cost {
     /// A ray.
     pub(crate) const RAY: usize = 1;
@@ -68,7 +68,7 @@ pub(crate) mod cost {
     pub(crate) const WAVE: usize = 30;
     /// A source's direct path, without rays and waves.
     pub(crate) const DIRECT: usize = 20;
-    /// A held, extrapolated or merged path.
+    /// A held or extrapolated path.
     pub(crate) const CONTINUED: usize = 1;
     /// Emission of one audible candidate.
     pub(crate) const EMITTED: usize = 1;
@@ -76,6 +76,8 @@ pub(crate) mod cost {
     pub(crate) const WIDENED: usize = 1;
     /// The time of emission of a path whose source moves.
     pub(crate) const EMISSION: usize = 1;
+    /// Paths of an update merged per unit.
+    pub(crate) const MERGED: usize = 2;
     /// Paths sorted per unit.
     pub(crate) const SORTED: usize = 4;
     /// Candidates queued for a test per unit.
@@ -83,7 +85,7 @@ pub(crate) mod cost {
     /// The late energy of a source, and its part of the reverb's filters.
     pub(crate) const LATE: usize = 40;
     /// Preparation of a path by generation.
-    pub(crate) const PREPARED: usize = 3;
+    pub(crate) const PREPARED: usize = 2;
     /// Application of a prepared path by generation.
     pub(crate) const TAKEN: usize = 1;
     /// Start of a voice.

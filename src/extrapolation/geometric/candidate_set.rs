@@ -79,6 +79,7 @@ impl CandidateSet {
             next: &mut self.next,
             progress: self.progress,
         };
+        let mut steps = 0;
         loop {
             if budget.is_spent() {
                 self.progress = merge.progress;
@@ -87,7 +88,8 @@ impl CandidateSet {
             if !merge.step() {
                 break;
             }
-            budget.spend(cost::CONTINUED);
+            steps += 1;
+            budget.spend(usize::from(steps % cost::MERGED == 0));
         }
         std::mem::swap(&mut self.candidates, &mut self.next.candidates);
         std::mem::swap(&mut self.states, &mut self.next.states);

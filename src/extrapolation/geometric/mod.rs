@@ -27,6 +27,7 @@ pub mod visibility_scheduler;
 use glam::Vec3;
 
 use crate::extrapolation::frame::FramePath;
+use crate::extrapolation::frame_effort::FrameEffort;
 use crate::extrapolation::line_extrapolation::ExtrapolationReach;
 use crate::extrapolation::scene_pair::has_moved;
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
@@ -51,9 +52,6 @@ use crate::extrapolation::geometric::visibility_scheduler::VisibilityScheduler;
 
 /// Distance in metres between two graphics frames from which the past of all paths tells nothing: who moves is slower.
 pub(super) const JUMP_M: f32 = 1.0;
-
-/// Greatest factor on [`GeometricSettings::exact_every`] where fewer visibility rays are cast.
-const MAX_EVERY_FACTOR: u32 = 2;
 
 /// The inputs of one graphics frame.
 #[derive(Debug, Clone, Copy)]
@@ -100,9 +98,9 @@ enum Step {
 #[derive(Debug)]
 pub(crate) struct GeometricPredictor {
     settings: GeometricSettings,
-    /// One of this many visibility rays is cast in the next frame, and in this one.
-    next_ray_divisor: u32,
-    ray_divisor: u32,
+    /// Of the next frame, and of this one.
+    next_effort: FrameEffort,
+    effort: FrameEffort,
     set: CandidateSet,
     history: ListenerHistory,
     scheduler: VisibilityScheduler,
@@ -122,8 +120,8 @@ impl GeometricPredictor {
     pub(crate) fn new(settings: GeometricSettings) -> Self {
         Self {
             settings,
-            next_ray_divisor: 1,
-            ray_divisor: 1,
+            next_effort: FrameEffort::WHOLE,
+            effort: FrameEffort::WHOLE,
             set: CandidateSet::default(),
             history: ListenerHistory::default(),
             scheduler: VisibilityScheduler::default(),
@@ -149,20 +147,19 @@ impl GeometricPredictor {
         self.sources.reserve(sources);
     }
 
-    /// From the next frame on casts one of this many visibility rays, and extrapolates waves at edges and amplitudes over so many times
-    /// the distance.
-    pub(crate) fn set_ray_divisor(&mut self, divisor: u32) {
-        self.next_ray_divisor = divisor.max(1);
+    /// The effort from the next frame on.
+    pub(crate) fn set_effort(&mut self, effort: FrameEffort) {
+        self.next_effort = effort;
     }
 
-    /// See [`GeometricSettings::exact_every`]: at least 1, and twice as much where fewer rays are cast.
+    /// See [`GeometricSettings::exact_every`]: at least 1, and more with less effort.
     fn exact_every(&self) -> u32 {
-        self.settings.exact_every.max(1) * self.next_ray_divisor.min(MAX_EVERY_FACTOR)
+        self.settings.exact_every.max(1) * self.next_effort.every
     }
 
     /// How far paths of the next frame are extrapolated.
     pub(crate) fn next_reach(&self) -> ExtrapolationReach {
-        ExtrapolationReach::of(self.exact_every(), self.next_ray_divisor)
+        ExtrapolationReach::of(self.exact_every(), self.next_effort.reach)
     }
 
     /// Resumes a graphics frame until the budget is spent and appends its paths to `paths`; `arrived` is the new update, if
@@ -190,7 +187,7 @@ impl GeometricPredictor {
             self.evaluate(inputs, budget);
             if !budget.is_spent() {
                 let count = inputs.sources.len();
-                let rays = self.settings.rays(count) / u64::from(self.ray_divisor);
+                let rays = self.effort.rays(self.settings.rays(count));
                 let states = &self.set.states;
                 self.scheduler
                     .begin(rays, self.frame, states, &self.geometries);
@@ -231,7 +228,7 @@ impl GeometricPredictor {
 
     /// Begins a graphics frame, and the merge of a new update.
     fn begin(&mut self, arrived: Option<(&PathSet, &PreparedUpdate)>, inputs: &FrameInputs<'_>) {
-        self.ray_divisor = self.next_ray_divisor;
+        self.effort = self.next_effort;
         let listener = inputs.listener.position;
         let is_far = |a: Vec3, b: Vec3| a.distance_squared(b) > JUMP_M * JUMP_M;
         let listener_jumped = self

@@ -6,8 +6,6 @@
 //! about to become visible, and one that it lacks is about to become blocked. For other paths the likelihood of a change is
 //! inverse to the time since the last change.
 
-use std::collections::BinaryHeap;
-
 use crate::extrapolation::geometric::FrameInputs;
 use crate::extrapolation::geometric::candidate::{Candidate, PathGeometry, VisibilityState};
 use crate::extrapolation::geometric::frame_geometry::{FrameGeometry, GeometryArena};
@@ -49,11 +47,14 @@ impl Priority {
 /// it, and if not.
 const EVALUATE_EVERY: [u64; 2] = [2, 6];
 
+/// Tests ahead of which a candidate is prefetched: their order is not that in memory.
+const PREFETCH_DISTANCE: usize = 4;
+
 /// The visibility tests of one graphics frame.
 #[derive(Debug, Default)]
 pub struct VisibilityScheduler {
-    /// A heap: only the tested candidates are sorted.
-    queue: BinaryHeap<Priority>,
+    /// Sorted, the first one last.
+    queue: Vec<Priority>,
     budget: u64,
     frame: u64,
     rays: u64,
@@ -80,7 +81,6 @@ impl VisibilityScheduler {
         if budget == 0 {
             return;
         }
-        let mut queue = std::mem::take(&mut self.queue).into_vec();
         for (index, (state, geometry)) in states.iter().zip(geometries).enumerate() {
             let may_be_testable = match geometry {
                 // A path whose points missed its surfaces is evaluated again after some frames.
@@ -93,9 +93,10 @@ impl VisibilityScheduler {
             if !may_be_testable || state.tested == Some(frame) {
                 continue;
             }
-            queue.push(Priority::new(priority(state, frame), index as u32));
+            let queued = Priority::new(priority(state, frame), index as u32);
+            self.queue.push(queued);
         }
-        self.queue = BinaryHeap::from(queue);
+        self.queue.sort_unstable();
     }
 
     /// Tests queued candidates until the work budget is spent; returns the rays cast in this call, and whether the frame's
@@ -118,6 +119,9 @@ impl VisibilityScheduler {
             let Some(next) = self.queue.pop() else {
                 break;
             };
+            if let Some(later) = self.queue.iter().nth_back(PREFETCH_DISTANCE - 1) {
+                candidates[later.index()].prefetch();
+            }
             let candidate = &mut candidates[next.index()];
             let state = &mut states[next.index()];
             let geometry = &mut geometries[next.index()];

@@ -4,7 +4,7 @@
 //! audible when it is complete. Work is counted in units, not timed, and so independent of the machine. Little work is
 //! done at once.
 
-use crate::extrapolation::WorkBudget;
+use crate::extrapolation::{FrameEffort, WorkBudget};
 
 /// Work that a block always does for each listener: less than 0.1 ms of a desktop's core.
 const AT_ONCE: u32 = 600;
@@ -34,14 +34,12 @@ const MIN_SHARE: f64 = 0.015;
 /// Greatest target of the whole block, whatever the number of listeners.
 const MOST_SHARE: f64 = 0.6;
 
-/// Share of a core that graphics frames may take: with more work, fewer visibility rays are cast, down to one in
-/// [`MAX_RAY_DIVISOR`], and waves at edges and amplitudes are extrapolated over longer distances. A frame that comes late costs more
-/// fidelity than either.
+/// Share of a core that graphics frames may take: with more work they make less effort. A frame that comes late costs more
+/// fidelity.
 const FRAMES_SHARE: f64 = 0.08;
-const MAX_RAY_DIVISOR: u32 = 8;
 
-/// Work of a frame with the next smaller divisor, relative to the present, and least graphics frames before such a step.
-const STEP_RATIO: f64 = 1.25;
+/// Work of a frame with the next greater effort, relative to the present, and least graphics frames before such a step.
+const STEP_RATIO: f64 = 1.12;
 const STEP_FRAMES: u32 = 64;
 
 /// Least graphics frames between a step and the next to less work.
@@ -50,7 +48,7 @@ const SETTLING_FRAMES: u32 = 8;
 /// Weight of a new frame in the mean work.
 const MEAN_WEIGHT: f64 = 1.0 / 16.0;
 
-/// Seconds of a unit of work, 1,000 instructions, on a fast desktop core.
+/// Seconds of a unit of work on a fast desktop core.
 const UNIT_S: f64 = 1e-7;
 
 /// Length of a graphics frame in blocks, at least 1.
@@ -81,7 +79,8 @@ pub(crate) struct BlockPacing {
     frames: u32,
     mean_work: f64,
     frame_limit: f64,
-    ray_divisor: u32,
+    /// Steps below the whole effort.
+    effort_steps: u32,
     frames_since_step: u32,
 }
 
@@ -100,7 +99,7 @@ impl BlockPacing {
             frames: 0,
             mean_work: 0.0,
             frame_limit: f64::INFINITY,
-            ray_divisor: 1,
+            effort_steps: 0,
             frames_since_step: 0,
         }
     }
@@ -115,9 +114,9 @@ impl BlockPacing {
         }
     }
 
-    /// One of this many visibility rays is cast.
-    pub(crate) fn ray_divisor(&self) -> u32 {
-        self.ray_divisor
+    /// The effort of the next graphics frame.
+    pub(crate) fn effort(&self) -> FrameEffort {
+        FrameEffort::reduced(self.effort_steps)
     }
 
     /// Whether this block may commit the frame. Every frame is committed in the same block of its own, the last: at uneven
@@ -170,14 +169,15 @@ impl BlockPacing {
         let weight = MEAN_WEIGHT.max(1.0 / f64::from(self.frames));
         self.mean_work += weight * (f64::from(self.frame_work) - self.mean_work);
         self.frames_since_step = self.frames_since_step.saturating_add(1);
-        let may_rise = self.ray_divisor > 1 && self.frames_since_step > STEP_FRAMES;
+        let may_rise = self.effort_steps > 0 && self.frames_since_step > STEP_FRAMES;
         let may_fall = self.frames_since_step >= SETTLING_FRAMES;
-        if may_fall && self.mean_work > self.frame_limit && self.ray_divisor < MAX_RAY_DIVISOR {
-            self.ray_divisor += 1;
+        let is_above = self.mean_work > self.frame_limit;
+        if may_fall && is_above && self.effort_steps < FrameEffort::MOST_STEPS {
+            self.effort_steps += 1;
             self.mean_work /= STEP_RATIO;
             self.frames_since_step = 0;
         } else if may_rise && STEP_RATIO * self.mean_work < self.frame_limit {
-            self.ray_divisor -= 1;
+            self.effort_steps -= 1;
             self.mean_work *= STEP_RATIO;
             self.frames_since_step = 0;
         }
@@ -276,20 +276,20 @@ mod tests {
     }
 
     #[test]
-    fn fewer_rays_are_cast_where_frames_take_too_much() {
+    fn frames_that_take_too_much_make_less_effort() {
         let mut pace = BlockPacing::new(256.0 / 44_100.0, true, 1);
         let mut run = |work: u32| {
             for _ in 0..600 {
-                let work = work / pace.ray_divisor();
+                let work = work / (1 + pace.effort_steps);
                 spread(&mut pace, work);
             }
-            pace.ray_divisor()
+            pace.effort_steps
         };
         // 8 % of 16.7 ms are 13,333 units.
-        assert_eq!(run(12_000), 1);
-        assert_eq!(run(24_000), 2);
-        assert_eq!(run(200_000), MAX_RAY_DIVISOR);
-        assert_eq!(run(4_000), 1);
+        assert_eq!(run(12_000), 0);
+        assert_eq!(run(24_000), 1);
+        assert_eq!(run(200_000), FrameEffort::MOST_STEPS);
+        assert_eq!(run(4_000), 0);
     }
 
     /// Two listeners have twice the work and twice the voices: their frames take as many blocks.

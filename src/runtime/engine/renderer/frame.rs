@@ -132,7 +132,7 @@ impl Renderer {
             let extrapolator = &mut own.extrapolator;
             extrapolator.set_instance_poses(&frame.instances);
             extrapolator.record_sources(&frame.sources, self.clock.tick_s() * passed as f64);
-            extrapolator.set_ray_divisor(self.pacing.ray_divisor());
+            extrapolator.set_effort(self.pacing.effort());
             own.is_extrapolated = false;
         }
         self.frame_in_progress = true;
