@@ -43,9 +43,6 @@ const CAST_AFTER_JUMP: usize = 1;
 /// square. A position beyond it or a non-finite one has no path.
 const MAX_COORDINATE_M: f64 = 1e9;
 
-/// Initial room for a source's paths.
-const INITIAL_PATHS: usize = 256;
-
 /// Number of a source's own sequences up to which an update with nearby paths adds those of other rotations.
 const MAX_OWN: usize = 2048;
 
@@ -128,7 +125,7 @@ impl Scratch {
         Self {
             rays: RayScratch::with_capacity(own),
             queue: ValidationQueue::default(),
-            valid: Vec::with_capacity(INITIAL_PATHS),
+            valid: Vec::new(),
             unfolded: UnfoldedPath::default(),
         }
     }
@@ -237,8 +234,8 @@ impl SourceTask {
             }
         };
         if let Some(rotation) = self.rotation {
-            let found = self.late.sequences(rotation).iter();
-            found.for_each(|sequence| add(own, *sequence));
+            let found = self.late.sequences(rotation);
+            found.for_each(|sequence| add(own, sequence));
         }
         let cached = self.cache.entries().iter();
         cached.for_each(|sequence| add(own, sequence.renewed(scene)));
