@@ -17,7 +17,7 @@ use crate::propagation::diffuse::{
     stable_viewpoint,
 };
 use crate::propagation::image_source::image_path::{MARGIN_M, UnfoldedPath};
-use crate::propagation::image_source::nearby_gate::{NearbyGate, keep_loudest};
+use crate::propagation::image_source::nearby_gate::{MirrorEnergies, NearbyGate, keep_loudest};
 use crate::propagation::image_source::occluder_cache::OccluderCache;
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
@@ -88,6 +88,7 @@ pub(super) struct UpdateContext<'a> {
     pub(super) predicted: &'a [PredictedPosition],
     /// See [`crate::propagation::Propagator::set_nearby_radius`].
     pub(super) nearby_m: Option<f64>,
+    pub(super) energies: &'a MirrorEnergies,
     /// Directions of the source rays before rotation.
     pub(super) directions: &'a [Vec3],
     /// What is searched for, and the highest reflection order of the search.
