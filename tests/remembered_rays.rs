@@ -289,7 +289,11 @@ fn a_change_of_any_dependency_has_rays_cast_again() {
         let mut heard = ListenerField::default();
         heard.renew(&scene, &field, listener.as_vec3(), viewpoints, 0);
         let late = estimator.estimate(&scene, &field, &heard, id);
-        (late, estimator.sequences(from.rotation).to_vec(), rays)
+        (
+            late,
+            estimator.sequences(from.rotation).collect::<Vec<_>>(),
+            rays,
+        )
     };
     let trace = |estimator: &mut LateEstimator, from: &SourceRays<'_>| {
         trace_from(estimator, from, listener, &viewpoints[0])
@@ -377,7 +381,7 @@ fn cached_rays_among_parts_find_the_same_hits_as_new_ones() {
                 let ends = [from.origin, scene.to_local(ear)];
                 estimator.test_visibility(&scene, ends, &viewpoints, &mut rays);
                 let late = estimator.estimate(&scene, &field, &heard, SourceId::new(0, 0));
-                (late, estimator.sequences(0).to_vec(), rays)
+                (late, estimator.sequences(0).collect::<Vec<_>>(), rays)
             };
             let fresh = trace(&mut LateEstimator::default());
             assert_eq!(trace(&mut kept), fresh, "room {turn}, step {step}");

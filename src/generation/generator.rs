@@ -14,6 +14,7 @@ use crate::error::Result;
 use crate::extrapolation::FramePaths;
 use crate::simd::F32x8;
 
+use super::longer_line::line;
 use super::{BandCorrection, BandFilter, BlockReport, CHUNK, GeneratorSettings, Hrtf};
 use super::{LongerLine, first_longest_s};
 use crate::generation::bands::air_filter::AirFilter;
@@ -97,7 +98,7 @@ impl Generator {
         Self::with_lines(settings, hrtf, longest_s)
     }
 
-    /// [`Self::new`] with short delay lines; [`Self::exchange_line`] brings longer ones.
+    /// [`Self::new`] with short delay lines; [`Self::lengthen_line`] makes them longer.
     pub(crate) fn with_short_lines(settings: GeneratorSettings, hrtf: Arc<Hrtf>) -> Result<Self> {
         let longest_s = first_longest_s(&settings);
         Self::with_lines(settings, hrtf, longest_s)
@@ -120,9 +121,7 @@ impl Generator {
             filters: (0..sources.div_ceil(signals))
                 .map(|_| BandFilter::new(settings.rate_hz))
                 .collect(),
-            lines: (0..sources)
-                .map(|slot| LongerLine::new(slot, longest_s, &settings).line)
-                .collect(),
+            lines: (0..sources).map(|_| line(longest_s, &settings)).collect(),
             longest_s: vec![longest_s; sources],
             owners: vec![SlotOwner::NONE; sources],
             inputs: vec![SlotInput::default(); sources],
@@ -139,18 +138,13 @@ impl Generator {
         self.channels
     }
 
-    /// Goes on with a longer delay line of a slot, and gives the shorter one in its place; leaves one that is not longer.
-    /// Real-time: copies the line's sound.
-    pub(crate) fn exchange_line(&mut self, longer: &mut LongerLine) {
-        let Some(line) = self.lines.get_mut(longer.slot) else {
-            return;
-        };
-        if !longer.line.is_longer_than(line) {
-            return;
+    /// Makes the delay line of a slot longer. Real-time.
+    pub(crate) fn lengthen_line(&mut self, longer: &mut LongerLine) {
+        if let Some(line) = self.lines.get_mut(longer.slot) {
+            line.lengthen(&mut longer.segments, self.now);
+            let longest_s = &mut self.longest_s[longer.slot];
+            *longest_s = longest_s.max(longer.longest_s);
         }
-        longer.line.continue_from(line, self.now);
-        std::mem::swap(line, &mut longer.line);
-        self.longest_s[longer.slot] = longer.longest_s;
     }
 
     /// Renders each listener by another stage from the next frame on: all paths start in it and fade out in the present one. Only

@@ -1,35 +1,53 @@
-//! Delay lines by need: the first line of a source is short; a longer one comes when its paths become longer.
+//! Delay lines by need: the first line of a source is short, and becomes longer when its paths do.
 //!
-//! Made on propagation's side; travels to the audio side, the shorter one travels back in its place.
+//! Segments are made on propagation's side and travel to the audio side, which copies no sound.
 
 use crate::generation::GeneratorSettings;
-use crate::generation::delay::delay_line::DelayLine;
+use crate::generation::delay::delay_line::{DelayLine, Segment, segments, segments_for};
 
-/// Longest path of a source's first line in seconds: 100 m.
-const FIRST_S: f64 = 0.3;
+/// Longest path of a source's first line in seconds: 50 m. After a jump to a longer path what was played before is silent as far as the
+/// path is longer than the line.
+const FIRST_S: f64 = 0.15;
 
 /// Longest path of a source's first line in seconds, under these settings.
 pub(crate) fn first_longest_s(settings: &GeneratorSettings) -> f64 {
     settings.max_delay_s.min(FIRST_S)
 }
 
-/// A longer line for a source slot.
+/// Audio frames that a line keeps whose longest path takes so many seconds.
+fn history(longest_s: f64, settings: &GeneratorSettings) -> usize {
+    let frames = (longest_s * f64::from(settings.rate_hz)).ceil() as usize;
+    frames + settings.longest_block()
+}
+
+/// A line whose longest path takes so many seconds.
+pub(crate) fn line(longest_s: f64, settings: &GeneratorSettings) -> DelayLine {
+    let longest = history(settings.max_delay_s, settings);
+    DelayLine::new(history(longest_s, settings), longest)
+}
+
+/// More of the line of a source slot.
 #[derive(Debug)]
 pub(crate) struct LongerLine {
     pub(crate) slot: usize,
-    /// Longest path in seconds.
+    /// Longest path in seconds from then on.
     pub(crate) longest_s: f64,
-    pub(crate) line: DelayLine,
+    pub(crate) segments: Vec<Segment>,
 }
 
 impl LongerLine {
-    /// A silent line.
-    pub(crate) fn new(slot: usize, longest_s: f64, settings: &GeneratorSettings) -> Self {
-        let frames = (longest_s * f64::from(settings.rate_hz)).ceil() as usize;
+    /// What a line lacks that is as long as for a path of `present_s` seconds.
+    pub(crate) fn new(
+        slot: usize,
+        [present_s, longest_s]: [f64; 2],
+        settings: &GeneratorSettings,
+    ) -> Self {
+        let [present, longest] =
+            [present_s, longest_s].map(|seconds| segments_for(history(seconds, settings)));
         Self {
             slot,
             longest_s,
-            line: DelayLine::new(frames + settings.longest_block()),
+            segments: segments(longest.saturating_sub(present)),
         }
     }
 }
@@ -69,13 +87,13 @@ mod tests {
         let (mut output, mut dropped) = (Vec::new(), 0);
         let mut state = 1u32;
         for block in 0..100 {
-            let delay_s = if block < 50 { 0.1 } else { 0.29 };
+            let delay_s = if block < 50 { 0.1 } else { 0.14 };
             if block == 50 {
                 longer
                     .iter_mut()
-                    .for_each(|line| generator.exchange_line(line));
+                    .for_each(|line| generator.lengthen_line(line));
             }
-            generator.set_frame(&frame(if block < 90 { delay_s } else { 0.65 }), 441);
+            generator.set_frame(&frame(if block < 90 { delay_s } else { 0.5 }), 441);
             let input: Vec<f32> = (0..441)
                 .map(|_| {
                     state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -100,7 +118,7 @@ mod tests {
         let long = Generator::new(settings.clone(), Arc::clone(&hrtf));
         let long = rendered(&mut long.expect("settings"), None);
         let short = || Generator::with_short_lines(settings.clone(), Arc::clone(&hrtf));
-        let longer = LongerLine::new(0, 1.0, &settings);
+        let longer = LongerLine::new(0, [FIRST_S, 1.0], &settings);
         let grown = rendered(&mut short().expect("settings"), Some(longer));
         assert!(long.0 == grown.0);
         assert_eq!((long.1, grown.1), (0, 0));

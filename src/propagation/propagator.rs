@@ -23,7 +23,7 @@ use crate::propagation::image_source::discovery_history::{
     DiscoveryHistory, GuideCast, MAX_AGE, Visit,
 };
 use crate::propagation::image_source::expansion::{MAX_CANDIDATES, expand};
-use crate::propagation::image_source::nearby_gate::NearbyGate;
+use crate::propagation::image_source::nearby_gate::{MirrorEnergies, NearbyGate};
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::image_source::window_cull::{CandidateCull, CullViews};
 use crate::propagation::path::{PathId, PathSet};
@@ -123,6 +123,8 @@ pub struct Propagator {
     history: DiscoveryHistory,
     guide_origins: GuideOrigins,
     nearby_m: Option<f64>,
+    /// For the gates of nearby paths.
+    energies: MirrorEnergies,
     /// Of the next update.
     scope: UpdateScope,
     candidates: Vec<CandidateCull>,
@@ -178,6 +180,7 @@ impl Propagator {
             history: DiscoveryHistory::default(),
             guide_origins: GuideOrigins::default(),
             nearby_m: None,
+            energies: MirrorEnergies::default(),
             scope: UpdateScope::default(),
             candidates: (0..SHARES)
                 .map(|_| CandidateCull::with_capacity(capacity.div_ceil(SHARES)))
@@ -336,6 +339,9 @@ impl Propagator {
             let (own, cells) = (&mut there.field, &there.cells);
             cell_rays += own.renew(scene, field, ear, cells, scene_state);
         }
+        if self.nearby_m.is_some() {
+            self.energies.renew(scene);
+        }
         let context = UpdateContext {
             scene,
             settings: &self.active_settings,
@@ -353,6 +359,7 @@ impl Propagator {
             listener_field: &self.listener_field,
             predicted: &self.predicted,
             nearby_m: self.nearby_m,
+            energies: &self.energies,
             directions: &self.source_directions,
             scope: &scope,
             depth,
@@ -406,6 +413,7 @@ impl Propagator {
             nearby_m: self.nearby_m,
             sources: &self.source_positions,
             gates: &self.gates,
+            energies: &self.energies,
         };
         workers.for_each(&mut self.candidates, |index, candidates| {
             let range = share_range(index, sequences.len());

@@ -17,7 +17,7 @@ use crate::propagation::diffuse::{
     stable_viewpoint,
 };
 use crate::propagation::image_source::image_path::{MARGIN_M, UnfoldedPath};
-use crate::propagation::image_source::nearby_gate::{NearbyGate, keep_loudest};
+use crate::propagation::image_source::nearby_gate::{MirrorEnergies, NearbyGate, keep_loudest};
 use crate::propagation::image_source::occluder_cache::OccluderCache;
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
@@ -42,9 +42,6 @@ const CAST_AFTER_JUMP: usize = 1;
 /// Largest coordinate of source and listener in metres. Rays are in single precision, which represents its
 /// square. A position beyond it or a non-finite one has no path.
 const MAX_COORDINATE_M: f64 = 1e9;
-
-/// Initial room for a source's paths.
-const INITIAL_PATHS: usize = 256;
 
 /// Number of a source's own sequences up to which an update with nearby paths adds those of other rotations.
 const MAX_OWN: usize = 2048;
@@ -91,6 +88,7 @@ pub(super) struct UpdateContext<'a> {
     pub(super) predicted: &'a [PredictedPosition],
     /// See [`crate::propagation::Propagator::set_nearby_radius`].
     pub(super) nearby_m: Option<f64>,
+    pub(super) energies: &'a MirrorEnergies,
     /// Directions of the source rays before rotation.
     pub(super) directions: &'a [Vec3],
     /// What is searched for, and the highest reflection order of the search.
@@ -128,7 +126,7 @@ impl Scratch {
         Self {
             rays: RayScratch::with_capacity(own),
             queue: ValidationQueue::default(),
-            valid: Vec::with_capacity(INITIAL_PATHS),
+            valid: Vec::new(),
             unfolded: UnfoldedPath::default(),
         }
     }
@@ -237,8 +235,8 @@ impl SourceTask {
             }
         };
         if let Some(rotation) = self.rotation {
-            let found = self.late.sequences(rotation).iter();
-            found.for_each(|sequence| add(own, *sequence));
+            let found = self.late.sequences(rotation);
+            found.for_each(|sequence| add(own, sequence));
         }
         let cached = self.cache.entries().iter();
         cached.for_each(|sequence| add(own, sequence.renewed(scene)));

@@ -316,8 +316,8 @@ impl PlainPropagator {
         result.late.push(late);
         let mut own = Vec::new();
         for sequence in state.late.sequences(update) {
-            if !guide.contains(sequence) {
-                add(&mut own, *sequence);
+            if !guide.contains(&sequence) {
+                add(&mut own, sequence);
             }
         }
         for (sequence, _) in &state.cache {

@@ -2,8 +2,9 @@
 //!
 //! Audio side; wait-free; allocates at construction only. Input: band samples in order; output: any past stretch.
 //!
-//! Positions are audio frames since the generator's start. The ring consists of tiles of eight frames: band after band, one
-//! frame per lane. A reader that mixes the bands accesses memory sequentially, without shuffles.
+//! Positions are audio frames since the generator's start. The line consists of tiles of eight frames: band after band, one
+//! frame per lane. A reader that mixes the bands accesses memory sequentially, without shuffles. Tiles lie in segments, which
+//! take turns: a line becomes longer by more segments behind its oldest sound, and what it has stays where it is.
 
 use crate::acoustics::BANDS;
 use crate::simd::{F32x8, LaneSet, kernel, prefetch};
@@ -13,8 +14,15 @@ use crate::generation::CHUNK;
 /// Frames of a tile: the lanes.
 pub(crate) const TILE: usize = 8;
 
-/// Frames of the fade-in at the oldest end of a line's sound that a longer one takes over: no reader of the shorter one is there.
+/// Frames of the fade-in at the oldest end of the sound of a line that becomes longer: no reader of the shorter one is there.
 const FADE_FRAMES: usize = CHUNK;
+
+/// Frames of a segment. No stretch that is read is longer, so it lies in two segments at most.
+pub(crate) const SEGMENT: usize = 512;
+const SEGMENT_TILES: usize = SEGMENT / TILE;
+
+// The late reverb reads chunks, from a tile's start on.
+const _: () = assert!(CHUNK + TILE <= SEGMENT && SEGMENT.is_multiple_of(TILE));
 
 /// Gain of a frame of that fade: cubic, with zero slope at both ends.
 fn fade_in(frame: usize) -> f32 {
@@ -94,59 +102,98 @@ impl PrefetchWindow<'_> {
     }
 }
 
-/// A ring of tiles.
+/// [`SEGMENT`] frames.
+pub(crate) type Segment = Box<[Tile]>;
+
+/// A silent segment.
+fn segment() -> Segment {
+    // Written, not allocated as zeros: the pages are touched here, not in the first blocks.
+    let mut tiles = Vec::with_capacity(SEGMENT_TILES);
+    tiles.resize(SEGMENT_TILES, [F32x8::ZERO; BANDS]);
+    tiles.into_boxed_slice()
+}
+
+/// So many silent segments. Control side; allocates.
+pub(crate) fn segments(count: usize) -> Vec<Segment> {
+    (0..count).map(|_| segment()).collect()
+}
+
+/// Segments of a line that keeps at least `history` frames besides the chunk being written.
+pub(crate) fn segments_for(history: usize) -> usize {
+    (history + 2 * CHUNK).div_ceil(SEGMENT)
+}
+
+/// A ring of segments.
 #[derive(Debug)]
 pub(crate) struct DelayLine {
     set: LaneSet,
-    tiles: Vec<Tile>,
+    segments: Vec<Segment>,
+    /// Index of the segment of position 0, before it is reduced to the number of segments.
+    first: i64,
     /// Position after the last frame that is not silent.
     sound_end: i64,
 }
 
 impl DelayLine {
-    /// A silent line that keeps at least `history` frames besides the chunk being written.
-    pub(crate) fn new(history: usize) -> Self {
-        let length = (history + 2 * CHUNK).div_ceil(TILE);
-        // Written, not allocated as zeros: the pages are touched here, not in the first blocks.
-        let mut tiles = Vec::with_capacity(length);
-        tiles.resize(length, [F32x8::ZERO; BANDS]);
+    /// A silent line that keeps at least `history` frames besides the chunk being written, and can become as long as for `longest`
+    /// frames.
+    pub(crate) fn new(history: usize, longest: usize) -> Self {
+        let count = segments_for(history);
+        let mut segments = Vec::with_capacity(segments_for(longest.max(history)));
+        segments.resize_with(count, segment);
         Self {
             set: LaneSet::best(),
-            tiles,
+            segments,
+            first: 0,
             sound_end: i64::MIN / 2,
         }
     }
 
-    /// Takes the sound of a line that is not longer, as of the position `now` that is written next. What is older than the line's
-    /// history fades in: later readers come from the silence before it.
-    pub(crate) fn continue_from(&mut self, before: &Self, now: i64) {
-        self.sound_end = before.sound_end;
-        if before.is_empty(now) {
-            return;
-        }
-        let next = now.div_euclid(TILE as i64);
-        let first = next + 1 - before.tiles.len() as i64;
-        for number in first..=next {
-            let [from, to] =
-                [before, &*self].map(|line| number.rem_euclid(line.tiles.len() as i64));
-            let mut tile = before.tiles[from as usize];
-            let age = (number - first) as usize * TILE;
-            if age < FADE_FRAMES {
-                let gains = F32x8(std::array::from_fn(|lane| fade_in(age + lane)));
-                tile = tile.map(|band| band * gains);
-            }
-            self.tiles[to as usize] = tile;
-        }
+    /// Frames of all segments.
+    fn frames(&self) -> i64 {
+        (self.segments.len() * SEGMENT) as i64
     }
 
-    /// Whether this line is longer than another.
-    pub(crate) fn is_longer_than(&self, other: &Self) -> bool {
-        self.tiles.len() > other.tiles.len()
+    /// Makes the line longer by silent segments, as of the position `now` that is written next. Takes as many as there is room for. The
+    /// oldest sound fades in: later readers come from the silence before it. Copies one segment at most.
+    pub(crate) fn lengthen(&mut self, more: &mut Vec<Segment>, now: i64) {
+        let (slot, written) = self.place(now);
+        let oldest = now - self.frames();
+        let had_sound = !self.is_empty(now);
+        let count = more
+            .len()
+            .min(self.segments.capacity() - self.segments.len());
+        for segment in more.drain(..count) {
+            self.segments.insert(slot + 1, segment);
+        }
+        // The segment that is written keeps its place.
+        self.first = slot as i64 - segment_number(now);
+        if count == 0 || !had_sound {
+            return;
+        }
+        // What it has not overwritten yet is the oldest sound, before all other segments.
+        let (new, old) = self.segments.split_at_mut(slot + count);
+        if let (Some(new), Some(old)) = (new.get_mut(slot), old.first_mut()) {
+            let tile = written / TILE;
+            old[tile..].copy_from_slice(&new[tile..]);
+            for frame in tile * TILE..written {
+                set_frame(old, frame, &F32x8::ZERO);
+            }
+            for frame in written..SEGMENT {
+                set_frame(new, frame, &F32x8::ZERO);
+            }
+        }
+        for age in 0..FADE_FRAMES {
+            let (slot, frame) = self.place(oldest + age as i64);
+            for band in &mut self.segments[slot][frame / TILE] {
+                band.0[frame % TILE] *= fade_in(age);
+            }
+        }
     }
 
     /// Whether the line is silent.
     pub(crate) fn is_empty(&self, now: i64) -> bool {
-        now - self.sound_end > (self.tiles.len() * TILE + CHUNK) as i64
+        now - self.sound_end > self.frames() + CHUNK as i64
     }
 
     /// Whether everything from `position` on is silent.
@@ -156,49 +203,50 @@ impl DelayLine {
 
     /// Appends a chunk of at most [`CHUNK`] frames at position `now`, one band per lane.
     pub(crate) fn write(&mut self, now: i64, frames: &[F32x8]) {
-        let mut index = self.index(now);
+        let (mut slot, mut frame) = self.place(now);
         let mut rest = frames;
         while let [first, others @ ..] = rest {
-            let whole = (rest.len() / TILE).min(self.tiles.len() - index / TILE);
-            if index.is_multiple_of(TILE) && whole > 0 {
-                let tiles = &mut self.tiles[index / TILE..][..whole];
+            let whole = (rest.len() / TILE).min(SEGMENT_TILES - frame / TILE);
+            if frame.is_multiple_of(TILE) && whole > 0 {
+                let tiles = &mut self.segments[slot][frame / TILE..][..whole];
                 write_tiles(self.set, rest, tiles);
                 rest = &rest[whole * TILE..];
-                index = (index + whole * TILE) % (self.tiles.len() * TILE);
-                continue;
+                frame += whole * TILE;
+            } else {
+                set_frame(&mut self.segments[slot], frame, first);
+                rest = others;
+                frame += 1;
             }
-            let tile = &mut self.tiles[index / TILE];
-            for (band, &value) in first.0.iter().enumerate() {
-                tile[band_index(band)].0[index % TILE] = value;
+            if frame == SEGMENT {
+                (slot, frame) = (self.next(slot), 0);
             }
-            rest = others;
-            index = self.next(index);
         }
         self.sound_end = now + frames.len() as i64;
     }
 
     /// Appends a chunk of silence at position `now`; not needed for an empty line.
     pub(crate) fn write_silence(&mut self, now: i64, frames: usize) {
-        let mut index = self.index(now);
+        let (mut slot, mut frame) = self.place(now);
         for _ in 0..frames {
-            for band in &mut self.tiles[index / TILE] {
-                band.0[index % TILE] = 0.0;
+            set_frame(&mut self.segments[slot], frame, &F32x8::ZERO);
+            frame += 1;
+            if frame == SEGMENT {
+                (slot, frame) = (self.next(slot), 0);
             }
-            index = self.next(index);
         }
     }
 
-    /// The tiles with `frames` frames from `position` on, in two parts at the ring's end, and the first frame's lane in the
-    /// first tile.
+    /// The tiles with `frames` frames from `position` on, at most a segment from their first tile on, in two parts at a segment's end, and
+    /// the first frame's lane in the first tile.
     #[inline]
     pub(crate) fn tiles(&self, position: i64, frames: usize) -> (usize, [&[Tile]; 2]) {
-        let index = self.index(position);
-        let (first, lane) = (index / TILE, index % TILE);
+        let (slot, frame) = self.place(position);
+        let (first, lane) = (frame / TILE, frame % TILE);
         let count = (lane + frames).div_ceil(TILE);
-        let to_end = count.min(self.tiles.len() - first);
+        let to_end = count.min(SEGMENT_TILES - first);
         let parts = [
-            &self.tiles[first..first + to_end],
-            &self.tiles[..count - to_end],
+            &self.segments[slot][first..first + to_end],
+            &self.segments[self.next(slot)][..count - to_end],
         ];
         (lane, parts)
     }
@@ -210,17 +258,37 @@ impl DelayLine {
         PrefetchWindow { parts, quarter }
     }
 
-    fn index(&self, position: i64) -> usize {
-        position.rem_euclid((self.tiles.len() * TILE) as i64) as usize
+    /// Index of a position's segment, and its frame there.
+    #[inline]
+    fn place(&self, position: i64) -> (usize, usize) {
+        let number = segment_number(position) + self.first;
+        let slot = number.rem_euclid(self.segments.len() as i64) as usize;
+        (slot, position as usize % SEGMENT)
     }
 
+    /// Index of the segment after another.
     #[inline(always)]
-    fn next(&self, index: usize) -> usize {
-        if index + 1 == self.tiles.len() * TILE {
+    fn next(&self, slot: usize) -> usize {
+        if slot + 1 == self.segments.len() {
             0
         } else {
-            index + 1
+            slot + 1
         }
+    }
+}
+
+/// Number of a position's segment, from position 0 on.
+#[inline]
+fn segment_number(position: i64) -> i64 {
+    position.div_euclid(SEGMENT as i64)
+}
+
+/// Sets a frame of a segment, one band per lane.
+#[inline]
+fn set_frame(tiles: &mut [Tile], frame: usize, bands: &F32x8) {
+    let tile = &mut tiles[frame / TILE];
+    for (band, &value) in bands.0.iter().enumerate() {
+        tile[band_index(band)].0[frame % TILE] = value;
     }
 }
 
@@ -230,7 +298,7 @@ mod tests {
 
     #[test]
     fn every_stretch_of_the_past_can_be_read() {
-        let mut line = DelayLine::new(1000);
+        let mut line = DelayLine::new(1000, 1000);
         let mut now = 0i64;
         for round in 0..60 {
             let frames = 1 + (round * 37) % CHUNK;
@@ -266,7 +334,7 @@ mod tests {
 
     #[test]
     fn a_line_is_empty_after_its_length() {
-        let mut line = DelayLine::new(300);
+        let mut line = DelayLine::new(300, 300);
         assert!(line.is_empty(0));
         line.write(0, &[F32x8::splat(1.0); CHUNK]);
         let mut now = CHUNK as i64;
@@ -274,53 +342,91 @@ mod tests {
             line.write_silence(now, 100);
             now += 100;
         }
-        assert!(line.tiles.iter().all(|tile| *tile == [F32x8::ZERO; BANDS]));
+        let mut tiles = line.segments.iter().flatten();
+        assert!(tiles.all(|tile| *tile == [F32x8::ZERO; BANDS]));
+    }
+
+    /// The lowest band but two of a position.
+    fn value(line: &DelayLine, position: i64) -> f32 {
+        let (lane, parts) = line.tiles(position, 1);
+        let tile = parts.into_iter().flatten().next().expect("one");
+        tile[band_index(2)].0[lane]
     }
 
     #[test]
-    fn a_longer_line_goes_on_with_the_sound_of_a_shorter_one() {
+    fn a_line_that_becomes_longer_goes_on_with_its_sound() {
         let frames = |from: i64, count: usize| -> Vec<F32x8> {
             (from..)
                 .take(count)
                 .map(|n| F32x8::splat(n as f32))
                 .collect()
         };
-        for (first, before, after) in [(-7, 300, 900), (1000, 900, 901), (4003, 300, 5000)] {
-            let mut shorter = DelayLine::new(before);
-            let mut now: i64 = first;
-            for _ in 0..20 {
-                shorter.write(now, &frames(now, 101));
-                now += 101;
+        let cases = [(-7, 300, [900, 1300]), (1000, 2900, [2901, 2902])];
+        for (start, history, longer) in cases.into_iter().chain([(4003, 300, [5000, 9000])]) {
+            for chunks in 1..60 {
+                let mut line = DelayLine::new(history, 9000);
+                let mut now: i64 = start;
+                for _ in 0..chunks {
+                    line.write(now, &frames(now, 101));
+                    now += 101;
+                }
+                // Twice, the second time before the first new segments have sound. Sound from `first` on is whole.
+                let mut first = start;
+                for (history, count) in longer.into_iter().zip([50, 3000]) {
+                    let kept = line.frames() - (2 * CHUNK) as i64;
+                    let missing = segments_for(history) - line.segments.len();
+                    line.lengthen(&mut segments(missing), now);
+                    assert_eq!(line.segments.len(), segments_for(history));
+                    first = first.max(now - kept);
+                    for position in first..now {
+                        assert_eq!(value(&line, position), position as f32, "of {now}");
+                    }
+                    // Older sound is its own, faded, or silence: never that of another time.
+                    for position in now - line.frames() + 1..first {
+                        let value = value(&line, position);
+                        assert!(
+                            value.abs() <= position.abs() as f32 && value * position as f32 >= 0.0
+                        );
+                    }
+                    for chunk in frames(now, count).chunks(101) {
+                        line.write(now, chunk);
+                        now += chunk.len() as i64;
+                    }
+                    assert!(!line.is_silent_from(now - 1) && line.is_silent_from(now));
+                }
+                for position in first.max(now - longer[1] as i64)..now {
+                    assert_eq!(value(&line, position), position as f32, "of {now}");
+                }
             }
-            let mut line = DelayLine::new(after);
-            line.continue_from(&shorter, now);
-            line.write(now, &frames(now, 50));
-            for back in 1..before as i64 {
-                let (lane, parts) = line.tiles(now - back, 1);
-                let tile = parts.into_iter().flatten().next().expect("one");
-                assert_eq!(tile[band_index(2)].0[lane], (now - back) as f32);
-            }
-            assert!(!line.is_silent_from(now + 49) && line.is_silent_from(now + 50));
         }
     }
 
     #[test]
-    fn the_sound_that_a_longer_line_takes_over_begins_without_a_step() {
-        let mut shorter = DelayLine::new(900);
-        for chunk in 0..20 {
-            shorter.write(chunk * 100, &[F32x8::splat(1.0); 100]);
+    fn the_sound_of_a_line_that_becomes_longer_begins_without_a_step() {
+        for last in 0..8 {
+            let mut line = DelayLine::new(900, 5000);
+            let mut now = 0;
+            for count in [100; 40].into_iter().chain([last]) {
+                line.write(now, &[F32x8::splat(1.0); 100][..count]);
+                now += count as i64;
+            }
+            let first = now - line.frames();
+            line.lengthen(&mut segments(3), now);
+            assert_eq!((value(&line, first - 1), value(&line, now - 1)), (0.0, 1.0));
+            // The slope of the cubic is at most 3/2.
+            let step = 1.5 / FADE_FRAMES as f32 + f32::EPSILON;
+            let is_smooth = |at| (value(&line, at + 1) - value(&line, at)).abs() < step;
+            assert!((now - line.frames()..now - 1).all(is_smooth));
         }
-        let mut line = DelayLine::new(5000);
-        line.continue_from(&shorter, 2000);
-        let value = |position: i64| {
-            let (lane, parts) = line.tiles(position, 1);
-            let tile = parts.into_iter().flatten().next().expect("one");
-            tile[band_index(5)].0[lane]
-        };
-        assert_eq!((value(0), value(1999)), (0.0, 1.0));
-        // The slope of the cubic is at most 3/2.
-        let step = 1.5 / FADE_FRAMES as f32 + f32::EPSILON;
-        assert!((0..1999).all(|at| (value(at + 1) - value(at)).abs() < step));
+    }
+
+    #[test]
+    fn a_line_takes_no_more_segments_than_it_has_room_for() {
+        let mut line = DelayLine::new(900, 3000);
+        let mut more = segments(5);
+        line.lengthen(&mut more, 12_345);
+        assert_eq!(line.segments.len(), segments_for(3000));
+        assert_eq!(more.len() + line.segments.len(), 5 + segments_for(900));
     }
 
     #[test]
@@ -344,7 +450,7 @@ mod tests {
 
     #[test]
     fn the_prefetch_window_covers_the_tiles_that_are_read() {
-        let line = DelayLine::new(1000);
+        let line = DelayLine::new(1000, 1000);
         for (position, frames) in [(0, 1), (5, 260), (1200, 256), (-300, 40)] {
             let (_, parts) = line.tiles(position, frames);
             let mut prefetch_window = line.prefetch_window(position, frames);

@@ -40,7 +40,7 @@ fn waves(frame: &FramePaths, inputs: &[&[f32]], seconds: f32) -> Vec<Vec<f32>> {
     let mut reverb = LateReverb::new(RATE_HZ, inputs.len());
     let mut lines: Vec<_> = inputs
         .iter()
-        .map(|_| DelayLine::new(RATE_HZ as usize))
+        .map(|_| DelayLine::new(RATE_HZ as usize, RATE_HZ as usize))
         .collect();
     let mut filters: Vec<_> = inputs.iter().map(|_| BandFilter::new(RATE_HZ)).collect();
     let correction = BandCorrection::new(RATE_HZ);
@@ -305,7 +305,7 @@ fn a_send_depends_only_on_its_frame() {
 #[test]
 fn sends_that_jump_faster_than_they_fade_do_not_click() {
     let mut reverb = LateReverb::new(RATE_HZ, 1);
-    let mut line = DelayLine::new(RATE_HZ as usize);
+    let mut line = DelayLine::new(RATE_HZ as usize, RATE_HZ as usize);
     let correction = BandCorrection::none();
     let (mut last, mut worst, mut loudest) = (0.0f32, 0.0f32, 0.0f32);
     let (mut left, mut now) = (0u32, 0i64);

@@ -13,7 +13,7 @@ use crate::generation::CHUNK;
 use crate::generation::bands::air_filter::{AIR_DELAY, AirState};
 use crate::generation::binaural::ear_ramps;
 use crate::generation::binaural::ear_ramps::{EarPair, RampRate, SignalWindow};
-use crate::generation::delay::delay_line::{DelayLine, PrefetchWindow, TILE, Tile};
+use crate::generation::delay::delay_line::{DelayLine, PrefetchWindow, SEGMENT, TILE, Tile};
 use crate::generation::delay::interpolation::{AHEAD, Intervals};
 use crate::generation::ramp::{ChunkSpan, LinearRamp};
 use crate::generation::render_context::SlotOwner;
@@ -24,6 +24,9 @@ pub(crate) const MAX_DELAY_GROWTH: f64 = 0.5;
 
 /// Most positions that a voice mixes in a chunk, with room for rounding and whole tiles.
 pub(crate) const MAX_FRESH: usize = CHUNK + CHUNK / 2 + 3 * TILE;
+
+// From a tile's start on.
+const _: () = assert!(MAX_FRESH + TILE <= SEGMENT);
 
 /// Bits of a voice index.
 pub(crate) const INDEX_BITS: u32 = 16;

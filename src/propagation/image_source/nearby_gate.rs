@@ -4,7 +4,7 @@
 //! and surfaces alone leaves most of the others out before their images and amplitudes are computed. It decides about nearby paths
 //! only: valid ones are never left out. Estimates are compared with estimates, so a scene at rest has the same paths in every update.
 
-use crate::acoustics::BANDS;
+use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
@@ -48,16 +48,38 @@ impl NearbyGate {
     }
 }
 
-/// Energy in all bands that a path of 1 m keeps at the surfaces of a sequence, about.
-pub(crate) fn reflected_energy(scene: &Scene, sequence: &Sequence) -> f32 {
-    let mut energy = [1.0; BANDS];
-    for surface in sequence.surfaces() {
-        let factor = scene.reflectance(*surface).factor(COSINE);
-        for b in 0..BANDS {
-            energy[b] *= factor[b] * factor[b];
-        }
+/// Share of the energy that each material reflects, about.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct MirrorEnergies {
+    by_material: Vec<BandArray>,
+}
+
+impl MirrorEnergies {
+    /// Computes those of a scene's present materials.
+    pub(crate) fn renew(&mut self, scene: &Scene) {
+        self.by_material.clear();
+        self.by_material
+            .extend(scene.all_reflectances().map(|reflectance| {
+                let factor = reflectance.factor(COSINE);
+                factor.map(|factor| factor * factor)
+            }));
     }
-    energy.iter().sum()
+
+    /// Energy in all bands that a path of 1 m keeps at the surfaces of a sequence, about.
+    #[inline]
+    pub(crate) fn reflected(&self, scene: &Scene, sequence: &Sequence) -> f32 {
+        let mut energy = [1.0; BANDS];
+        for surface in sequence.surfaces() {
+            let material = scene.surface(*surface).material as usize;
+            // An unknown material counts as the first one (`Scene::reflectance_of`).
+            let known = self.by_material.get(material);
+            let share = known.or(self.by_material.first()).unwrap_or(&[0.0; BANDS]);
+            for b in 0..BANDS {
+                energy[b] *= share[b];
+            }
+        }
+        energy.iter().sum()
+    }
 }
 
 /// Keeps the loudest [`MAX_NEARBY`].

@@ -80,7 +80,7 @@ impl Sequence {
     }
 
     /// Appends a surface without canonical ordering. The sequence must have room for it.
-    #[cfg(test)]
+    #[inline]
     pub(crate) fn push(&mut self, surface: u32) {
         self.surfaces[self.len()] = surface;
         self.order += 1;

@@ -70,8 +70,10 @@ fn collect_sorted(
     }
     order.sort_unstable();
     result.clear();
-    // Half as much again: a walking listener seldom causes an allocation.
-    result.reserve((order.len() * 3 / 2).next_power_of_two());
+    // Engines have half a dozen sets. A quarter more: a walking listener seldom causes an allocation.
+    if result.capacity() < order.len() {
+        result.reserve_exact(order.len() + order.len() / 4);
+    }
     let path = |&(_, task, index): &(PathId, u32, u32)| list(&tasks[task as usize])[index as usize];
     result.extend(order.iter().map(path));
 }

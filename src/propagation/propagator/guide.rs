@@ -106,11 +106,14 @@ pub(super) struct GuideShare {
 }
 
 impl GuideShare {
-    /// With memory for so many sequences of each cast.
+    /// With memory for so many sequences of each of [`MAX_CASTS`].
     pub(super) fn with_capacity(sequences: usize) -> Self {
         Self {
             prefixes: PrefixSet::with_capacity(sequences),
-            found: std::array::from_fn(|_| Vec::with_capacity(sequences)),
+            found: std::array::from_fn(|cast| match cast {
+                ..MAX_CASTS => Vec::with_capacity(sequences),
+                _ => Vec::new(),
+            }),
             rays: 0,
         }
     }
@@ -119,6 +122,10 @@ impl GuideShare {
     pub(super) fn trace(&mut self, scene: &Scene, casts: &[GuideRays<'_>], index: usize) {
         self.rays = 0;
         self.found.iter_mut().for_each(Vec::clear);
+        // Those of the first update alone.
+        for found in self.found.iter_mut().skip(casts.len().max(MAX_CASTS)) {
+            found.shrink_to(0);
+        }
         for (rays, found) in casts.iter().zip(&mut self.found) {
             let range = share_range(index, rays.directions.len());
             let prefixes = &mut self.prefixes;

@@ -8,7 +8,7 @@ use crate::propagation::amplitude;
 use crate::propagation::diffraction::{NearEdges, reflection_gain};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::image_path::{ImagePath, UnfoldedPath};
-use crate::propagation::image_source::nearby_gate::{NearbyGate, reflected_energy};
+use crate::propagation::image_source::nearby_gate::NearbyGate;
 use crate::propagation::image_source::occluder_cache::{Occluder, OccluderCache};
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::validation_queue::Unvalidated;
@@ -65,7 +65,8 @@ impl SourceQuery<'_> {
         estimates: &mut Vec<f32>,
     ) -> Option<Path> {
         let square_m2 = self.ends[0].distance_squared(unfolded.listener_image()) as f32;
-        let reflected = reflected_energy(self.context.scene, sequence);
+        let energies = self.context.energies;
+        let reflected = energies.reflected(self.context.scene, sequence);
         gate.passes(reflected, square_m2).then(|| {
             estimates.push(reflected / square_m2);
             self.path(sequence, unfolded, amplitude::reflected_unbounded)

@@ -1,8 +1,8 @@
 //! The state of a source: made, reused, and exchanged between listeners in turn. Rays are common to all, paths and caches are each
 //! listener's.
 
+use super::SourceTask;
 use super::listener_part::ListenerPart;
-use super::{INITIAL_PATHS, SourceTask};
 use crate::propagation::diffraction::NearEdges;
 use crate::propagation::diffuse::{LateEstimator, ListenerView};
 use crate::propagation::image_source::nearby_gate::NearbyGate;
@@ -29,7 +29,7 @@ impl SourceTask {
             cache: ValidCache::with_capacity(settings.cache_capacity),
             occluders: OccluderCache::default(),
             rotation: None,
-            paths: Vec::with_capacity(INITIAL_PATHS),
+            paths: Vec::new(),
             nearby: Vec::new(),
             nearby_gate: NearbyGate::default(),
             nearby_estimates: Vec::new(),

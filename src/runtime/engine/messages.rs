@@ -104,7 +104,7 @@ pub(super) struct UpdateMessage {
     pub(super) scenes: Option<ScenePair>,
     /// Another predictor, used from this update on.
     pub(super) predictor: Option<PredictorState>,
-    /// Delay lines for paths that are longer than those of their source so far.
+    /// More of the delay lines of sources whose paths are longer than those so far.
     pub(super) lines: Vec<LongerLine>,
     /// Paths and replacements for further listeners.
     pub(super) others: Vec<ListenerUpdate>,

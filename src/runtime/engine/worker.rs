@@ -210,7 +210,7 @@ impl Worker {
         Some(message)
     }
 
-    /// Adds longer delay lines where an update's paths need them; frees those that the message has brought back.
+    /// Lengthens delay lines where an update's paths need it.
     fn lengthen_lines(&mut self, message: &mut UpdateMessage) {
         message.lines.clear();
         let speed_m_s = self.propagator.scene().speed_of_sound_m_s();
@@ -410,7 +410,7 @@ impl Worker {
             if message.predictor.is_none() {
                 message.predictor = missed.predictor.take();
             }
-            // A line of the later message may be longer still.
+            // The later message counts on the segments of the missed one.
             missed.lines.append(&mut message.lines);
             std::mem::swap(&mut missed.lines, &mut message.lines);
             for (other, missed) in message.others.iter_mut().zip(&mut missed.others) {

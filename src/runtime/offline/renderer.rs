@@ -245,7 +245,7 @@ impl OfflineRenderer {
                 .speed_of_sound_m_s();
             self.line_lengths.grow(updates, speed_m_s, &mut longer);
             for line in &mut longer {
-                self.generator.exchange_line(line);
+                self.generator.lengthen_line(line);
             }
         }
         let started = ProcessorTimer::start();

@@ -7,12 +7,8 @@ use crate::propagation::diffuse::envelope::LATE_SEGMENT_STARTS;
 /// Seconds that a line is longer at least than what an update needs: paths change until the next update.
 const RESERVE_S: f64 = 0.01;
 
-/// A new line is longer than needed by this factor, and by three reserves.
-const GROWTH: f64 = 1.15;
-
-/// Greatest number of lines that become longer with one update: the audio side copies their sound in one block. One of 0.3 s at
-/// 48 kHz has half a megabyte, which a phone copies in some 0.1 ms.
-const MOST_AT_ONCE: usize = 4;
+/// Reserves that a line which becomes longer has: segments are a little more.
+const RESERVES: f64 = 2.0;
 
 /// Lengths of all lines in seconds, as known to propagation.
 #[derive(Debug)]
@@ -31,9 +27,8 @@ impl LineLengths {
         }
     }
 
-    /// Adds to `longer` a line for every source that an update has too long a path for, or late energy, up to
-    /// [`MOST_AT_ONCE`]. An update has a set of paths for each listener. Of slots that stay too short the next update
-    /// thinks again.
+    /// Adds to `longer` what the line of every source lacks that an update has too long a path for, or late energy. An update has a set of
+    /// paths for each listener.
     pub(crate) fn grow<'a>(
         &mut self,
         updates: impl Iterator<Item = &'a PathSet>,
@@ -49,11 +44,11 @@ impl LineLengths {
         let most_s = self.settings.max_delay_s;
         for (slot, [line_s, needed_s]) in self.lines_s.iter_mut().enumerate() {
             let is_short = *needed_s + RESERVE_S > *line_s && *line_s < most_s;
-            if !is_short || longer.len() >= MOST_AT_ONCE {
-                continue;
+            if is_short {
+                let wanted_s = (*needed_s + RESERVES * RESERVE_S).min(most_s);
+                longer.push(LongerLine::new(slot, [*line_s, wanted_s], &self.settings));
+                *line_s = wanted_s;
             }
-            *line_s = (GROWTH * *needed_s + 3.0 * RESERVE_S).min(most_s);
-            longer.push(LongerLine::new(slot, *line_s, &self.settings));
         }
     }
 
@@ -111,32 +106,27 @@ mod tests {
             ..GeneratorSettings::default()
         };
         let mut lengths = LineLengths::new(&settings);
-        assert_eq!(grown(&mut lengths, &[34.0, 95.0]), []);
+        assert_eq!(grown(&mut lengths, &[34.0, 47.0]), []);
         let longer = grown(&mut lengths, &[34.0, 170.0]);
         let [(1, longest_s)] = longer[..] else {
             panic!("{longer:?}");
         };
-        assert!((0.6..0.61).contains(&longest_s), "{longest_s}");
+        assert!((0.519..0.521).contains(&longest_s), "{longest_s}");
         // It is known to be longer now, and walks a while without another.
-        assert_eq!(grown(&mut lengths, &[34.0, 190.0]), []);
+        assert_eq!(grown(&mut lengths, &[34.0, 173.0]), []);
         assert_eq!(grown(&mut lengths, &[34.0, 3400.0]), [(1, 1.0)]);
         assert_eq!(grown(&mut lengths, &[34.0, 6800.0]), []);
         assert_eq!(grown(&mut lengths, &[f32::NAN, 34.0]), []);
     }
 
     #[test]
-    fn an_update_brings_few_lines_and_the_next_one_the_rest() {
+    fn an_update_brings_all_that_its_lines_lack() {
         let settings = GeneratorSettings {
-            max_sources: 2 * MOST_AT_ONCE,
+            max_sources: 64,
             ..GeneratorSettings::default()
         };
         let mut lengths = LineLengths::new(&settings);
-        let far = [170.0; 2 * MOST_AT_ONCE];
-        assert_eq!(grown(&mut lengths, &far).len(), MOST_AT_ONCE);
-        assert_eq!(
-            grown(&mut lengths, &far).first().map(|line| line.0),
-            Some(MOST_AT_ONCE)
-        );
-        assert_eq!(grown(&mut lengths, &far), []);
+        assert_eq!(grown(&mut lengths, &[170.0; 64]).len(), 64);
+        assert_eq!(grown(&mut lengths, &[170.0; 64]), []);
     }
 }

@@ -454,6 +454,12 @@ impl Scene {
         self.reflectance_of(self.surface(surface))
     }
 
+    /// The reflectances of all materials, by the numbers that surfaces have, those of instances included.
+    pub(crate) fn all_reflectances(&self) -> impl Iterator<Item = &Reflectance> {
+        let of_instances = self.instances.reflectances();
+        self.reflectances.iter().chain(of_instances)
+    }
+
     /// The same for a known surface.
     #[inline]
     pub fn reflectance_of(&self, surface: &Surface) -> &Reflectance {

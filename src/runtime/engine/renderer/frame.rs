@@ -269,7 +269,7 @@ impl Renderer {
         };
         self.target_order_gain = message.order_gain;
         for line in &mut message.lines {
-            self.parts.generator.exchange_line(line);
+            self.parts.generator.lengthen_line(line);
         }
         let paths = std::mem::take(&mut message.paths);
         let metrics = &self.parts.metrics;

@@ -1,5 +1,6 @@
 //! Materials of instances that the fixed scene does not have.
 
+use super::Instances;
 use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BandArray, Material};
 
@@ -18,6 +19,16 @@ impl PreparedMaterial {
             reflectance: Reflectance::of(material),
             transmission_factor: material.transmission_factor(),
         }
+    }
+}
+
+impl Instances {
+    /// Those of all materials, by number.
+    pub(in crate::scene::committed) fn reflectances(&self) -> impl Iterator<Item = &Reflectance> {
+        self.materials
+            .entries
+            .iter()
+            .map(|entry| &entry.reflectance)
     }
 }
 
