@@ -3,13 +3,14 @@
 
 use std::f32::consts::TAU;
 
+use foresound::scene::edges::MOST_EDGES;
 use foresound::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 use glam::Vec3;
 
 use super::{TURN, peak_bytes_of};
 
-/// Bytes that the largest set of edges takes (32,768 of them).
-const EDGE_BYTES: usize = 8 << 20;
+/// Bytes that the largest set of edges takes ([`MOST_EDGES`] of them).
+const EDGE_BYTES: usize = MOST_EDGES << 8;
 
 /// Memory of a commit to that of the mesh's file and of a full set of edges.
 const PROPORTION: usize = 4;
