@@ -4,6 +4,7 @@
 //! [`Scene::commit`] is control side and allocates. All queries take `&self`, neither allocate nor block, and may run on
 //! several threads at once.
 
+mod blocks;
 mod changed_materials;
 pub mod instances;
 pub mod saved;
@@ -27,6 +28,7 @@ use crate::error::{Error, Result};
 use crate::geometry::bvh::RayObserver;
 use crate::geometry::triangle::PreparedRay;
 use crate::geometry::{Bvh, Ray};
+use blocks::TriangleBlocks;
 use instances::Instances;
 
 /// Settings of [`Scene::commit`].
@@ -75,6 +77,7 @@ const MOST_TOLERANCE_M: f64 = 0.5;
 #[derive(Debug, Clone)]
 pub struct Scene {
     pub(super) mesh: Arc<CommittedMesh>,
+    blocks: TriangleBlocks,
     bvh: Arc<Bvh>,
     edges: Arc<EdgeSet>,
     /// Materials of the fixed part, as they are now.
@@ -227,6 +230,7 @@ impl Scene {
             air_np_per_m,
             high_air_np_per_m: settings.medium.high_absorption_np_per_m(),
             acoustic_tolerance_m,
+            blocks: TriangleBlocks::build(&mesh.vertices, &mesh.triangles),
             diagonal_m: mesh.report.bounds_min.distance(mesh.report.bounds_max),
             mesh: Arc::new(mesh),
             instances: Instances::default(),
@@ -554,7 +558,7 @@ impl Scene {
     /// Memory that the scene occupies, in bytes, without the parts of its instances.
     pub fn memory_bytes(&self) -> usize {
         let fixed = self.bvh.memory_bytes() + self.mesh.memory_bytes() + self.edges.memory_bytes();
-        fixed + self.instances.memory_bytes()
+        fixed + self.blocks.memory_bytes() + self.instances.memory_bytes()
     }
 }
 

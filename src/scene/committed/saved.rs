@@ -10,6 +10,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::Scene;
+use super::blocks::TriangleBlocks;
 use super::instances::Instances;
 use crate::acoustics::BandArray;
 use crate::acoustics::material::{Material, Reflectance};
@@ -126,6 +127,7 @@ impl Scene {
         let Self {
             mesh,
             bvh: _,
+            blocks: _,
             edges,
             materials,
             reflectances,
@@ -281,6 +283,7 @@ fn restored(content: &[u8]) -> Option<Scene> {
         air_np_per_m: sound.air_np_per_m,
         high_air_np_per_m: sound.high_air_np_per_m,
         acoustic_tolerance_m: sound.acoustic_tolerance_m,
+        blocks: TriangleBlocks::build(&mesh.vertices, &mesh.triangles),
         diagonal_m: sound.diagonal_m,
         mesh: Arc::new(mesh),
         instances: Instances::default(),

@@ -27,6 +27,7 @@ pub(super) use contacts::{Contact, contacts};
 pub(super) use edge::NO_EDGE;
 pub use edge::{Edge, EdgeCrossing, LEAST_LENGTH_M, LEAST_TURN_DEG};
 pub(super) use flush::pieces;
+pub use longest::MOST_EDGES;
 pub(super) use mirrors::choose;
 pub use mirrors::{EdgeMirrors, MOST_EDGE_MIRRORS};
 

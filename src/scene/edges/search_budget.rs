@@ -50,7 +50,7 @@ mod tests {
 
     #[test]
     fn all_edges_together_stay_within_the_budget() {
-        for edges in [0, 1, 1516, 2048, 15_000, 32_768] {
+        for edges in [0, 1, 1516, 2048, 15_000, 32_768, 131_072] {
             for crossed_boxes in [0.0, 1.0, 30.0, 1000.0, 1e6] {
                 let budget = SearchBudget::new(edges, crossed_boxes);
                 assert!(budget.compared * edges <= MOST_COMPARED_IN_ALL);

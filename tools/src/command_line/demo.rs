@@ -1,15 +1,16 @@
-//! `demo`: a walk through the concert hall by both schedules, through the engine on a virtual clock, as sound and pictures.
+//! `demo`: a walk through the concert hall or any other scene by both schedules, through the engine on a virtual clock, as sound
+//! and pictures.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
+use foresound::Result;
 use foresound::output::wav::WavSink;
 use foresound::propagation::{PathSet, Propagator};
 use foresound::runtime::engine::Statistics;
 use foresound::runtime::{Controller, EngineSchedule, EngineSettings, Poses, VirtualClock};
-use foresound::scene::layout::Walk;
+use foresound::scene::layout::{NamedSource, Walk};
 use foresound::scene::{ListenerPose, SourceId, SourcePose};
-use foresound::{Error, Result};
 use foresound_tools::clip::Clip;
 use foresound_tools::si_snr::si_snr_ears_db;
 use foresound_tools::spectrogram_figure::SpectrogramFigure;
@@ -17,7 +18,8 @@ use foresound_tools::top_view::{TopView, path_lines};
 use serde_json::json;
 
 use crate::engine_walk::{EngineWalk, Observed};
-use crate::inputs::{LoadedScene, SceneArguments, load_scene, print_notes, voice, within};
+use crate::inputs::{LoadedScene, SceneArguments, counted, load_scene, print_notes, voice, within};
+use crate::laid_out::{LaidOut, laid_out, scene_label};
 use crate::progress::Progress;
 use crate::session::median;
 
@@ -28,10 +30,11 @@ const RATE_HZ: u32 = 44_100;
 const GRAPHICS_RATE_HZ: f64 = 74.6;
 const LEVEL: u32 = 12;
 
-/// Height in metres of the top view's cut: above the last row of seats.
+/// The scene without `--scene`, and the height in metres of its top view's cut: above the last row of seats.
+const HALL: &str = "concert_hall";
 const HALL_CUT_M: f32 = 3.2;
 
-/// Number of speaking sources.
+/// Most speaking sources.
 const SOURCES: usize = 4;
 
 #[derive(clap::Args)]
@@ -39,6 +42,12 @@ pub(crate) struct Arguments {
     /// Output folder.
     #[arg(long, default_value = "out/demo")]
     out: PathBuf,
+    /// A scene instead of the concert hall: a name, or a mesh file. Without a layout beside it (FILE.toml), sources and a walk are put
+    /// in open space.
+    #[arg(long, value_name = "FILE|NAME", default_value = HALL)]
+    scene: PathBuf,
+    #[command(flatten)]
+    intake: SceneArguments,
     /// Length of the walk in seconds.
     #[arg(long, default_value_t = 10.0)]
     seconds: f64,
@@ -51,6 +60,8 @@ impl Default for Arguments {
     fn default() -> Self {
         Self {
             out: "out/demo".into(),
+            scene: HALL.into(),
+            intake: SceneArguments::default(),
             seconds: 10.0,
             json: false,
         }
@@ -59,9 +70,12 @@ impl Default for Arguments {
 
 /// What is heard, and where.
 struct Performance<'a> {
-    hall: &'a LoadedScene,
+    /// The scene's name in texts.
+    named: String,
+    loaded: &'a LoadedScene,
     walk: Walk,
-    sources: Vec<SourcePose>,
+    sources: Vec<NamedSource>,
+    poses: Vec<SourcePose>,
     voices: Vec<Clip>,
     seconds: f64,
 }
@@ -79,25 +93,21 @@ struct Walked {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     within("--seconds", arguments.seconds, 1.0..=600.0, " s")?;
-    let hall = load_scene(Path::new("concert_hall"), &SceneArguments::default())?;
-    print_notes(&hall.notes);
-    let layout = hall.layout.as_ref().filter(|l| l.sources.len() >= SOURCES);
-    let (Some(layout), Some(walk)) = (layout, hall.walk()) else {
-        return Err(Error::file(
-            "assets/scenes/concert_hall.toml",
-            "has no walk or too few sources",
-            "restore it with `foresound scenes`",
-        ));
-    };
-    let sources = layout.sources.iter().take(SOURCES).enumerate();
-    let sources = sources.map(|(number, source)| source.pose(SourceId::new(number as u16, 0)));
+    let loaded = load_scene(&arguments.scene, &arguments.intake)?;
+    print_notes(&loaded.notes);
+    let named = arguments.scene.display().to_string();
+    let LaidOut { sources, walk } = laid_out(&named, &loaded, SOURCES)?;
+    let poses = sources.iter().enumerate();
+    let poses = poses.map(|(number, source)| source.pose(SourceId::new(number as u16, 0)));
     let performance = Performance {
-        hall: &hall,
+        named: scene_label(&named),
+        loaded: &loaded,
         walk,
-        sources: sources.collect(),
-        voices: (0..SOURCES)
+        poses: poses.collect(),
+        voices: (0..sources.len())
             .map(|number| voice(number, RATE_HZ))
             .collect::<Result<_>>()?,
+        sources,
         seconds: arguments.seconds,
     };
     let file = |name: &str| arguments.out.join(format!("{name}.wav"));
@@ -109,7 +119,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     );
     let both = [&synchronous, &asynchronous];
     let figures = draw(arguments, &performance, both, si_snr_db)?;
-    print_findings(arguments, &hall, both, si_snr_db, &figures);
+    print_findings(arguments, &performance, both, si_snr_db, &figures);
     Ok(())
 }
 
@@ -117,7 +127,7 @@ impl Performance<'_> {
     fn poses_at(&self, time_s: f64) -> Poses {
         Poses {
             listener: ListenerPose::facing(self.walk.position_at(time_s, 0.0), 0.0),
-            sources: self.sources.clone(),
+            sources: self.poses.clone(),
         }
     }
 
@@ -132,12 +142,12 @@ impl Performance<'_> {
     fn render(&self, schedule: EngineSchedule, file: PathBuf) -> Result<Walked> {
         let mut settings = EngineSettings::default();
         settings.generation.rate_hz = RATE_HZ;
-        settings.generation.max_sources = SOURCES;
+        settings.generation.max_sources = self.poses.len();
         settings.schedule = schedule;
         let clock = VirtualClock::at_level(GRAPHICS_RATE_HZ, LEVEL);
         let mut sink = WavSink::create(&file, RATE_HZ, 2)?;
         let first = self.poses_at(0.0);
-        let scene = &self.hall.scene;
+        let scene = &self.loaded.scene;
         let mut walk = EngineWalk::begin(settings, clock, scene, &first, |controller, ids| {
             self.play(controller, ids)
         })?;
@@ -172,7 +182,7 @@ impl Performance<'_> {
 
     /// The paths in the middle of the walk.
     fn middle(&self) -> Result<PathSet> {
-        let scene = Arc::clone(&self.hall.scene);
+        let scene = Arc::clone(&self.loaded.scene);
         let settings = EngineSettings::default().propagation;
         let mut propagator = Propagator::new(scene, settings)?;
         let poses = self.poses_at(0.5 * self.seconds);
@@ -195,14 +205,14 @@ fn draw(
     [synchronous, asynchronous]: [&Walked; 2],
     si_snr_db: f64,
 ) -> Result<[PathBuf; 2]> {
-    let hall = performance.hall;
+    let scene = &performance.loaded.scene;
+    let named = &performance.named;
+    let count = counted(performance.sources.len(), "source");
     let spectrograms = arguments.out.join("spectrograms.png");
     let predictor = predictor();
-    let caption = format!(
-        "concert_hall, {SOURCES} sources, L = {LEVEL}, {predictor}: SI-SNR {si_snr_db:.1} dB"
-    );
+    let caption = format!("{named}, {count}, L = {LEVEL}, {predictor}: SI-SNR {si_snr_db:.1} dB");
     SpectrogramFigure {
-        title: "A walk through the hall by both schedules",
+        title: &format!("A walk through {named} by both schedules"),
         caption: &caption,
         rate_hz: RATE_HZ,
         reference_label: "synchronous",
@@ -214,30 +224,27 @@ fn draw(
     .save_png(&spectrograms)?;
     let top_view = arguments.out.join("top_view.png");
     let middle = performance.middle()?;
-    let triangles: Vec<_> = hall.scene.triangles().collect();
-    let names = hall
-        .layout
+    let triangles: Vec<_> = scene.triangles().collect();
+    let sources: Vec<_> = performance
+        .sources
         .iter()
-        .flat_map(|layout| &layout.sources)
-        .take(SOURCES);
-    let sources: Vec<_> = names
         .map(|source| (source.position, source.name.clone()))
         .collect();
     let caption = format!(
         "{} paths in the middle of the walk, {} triangles in {} surfaces",
         middle.paths.len(),
-        hall.scene.report().triangles,
-        hall.scene.surfaces().len()
+        scene.report().triangles,
+        scene.surfaces().len()
     );
     TopView {
-        title: "concert_hall from above",
+        title: &format!("{named} from above"),
         caption: &caption,
         triangles: &triangles,
         sources: &sources,
-        walk: hall.walk().map(|walk| [walk.from, walk.to]),
+        walk: Some([performance.walk.from, performance.walk.to]),
         listener: Some(middle.listener),
         paths: &path_lines(&middle),
-        cut_height_m: Some(HALL_CUT_M),
+        cut_height_m: (named == HALL).then_some(HALL_CUT_M),
     }
     .draw()?
     .save_png(&top_view)?;
@@ -246,7 +253,7 @@ fn draw(
 
 fn print_findings(
     arguments: &Arguments,
-    hall: &LoadedScene,
+    performance: &Performance<'_>,
     [synchronous, asynchronous]: [&Walked; 2],
     si_snr_db: f64,
     figures: &[PathBuf],
@@ -255,8 +262,9 @@ fn print_findings(
         .into_iter()
         .chain(figures)
         .collect();
-    let triangles = hall.scene.report().triangles;
-    let surfaces = hall.scene.surfaces().len();
+    let scene = &performance.loaded.scene;
+    let triangles = scene.report().triangles;
+    let surfaces = scene.surfaces().len();
     let rays = median(&synchronous.observed.rays);
     let paths = median(&synchronous.observed.paths);
     let level = median(&asynchronous.observed.levels);
@@ -268,6 +276,7 @@ fn print_findings(
     if arguments.json {
         let dropped = [synchronous, asynchronous].map(|walked| walked.statistics.dropped_paths);
         let value = json!({
+            "scene": performance.named,
             "triangles": triangles,
             "surfaces": surfaces,
             "rays_per_update": rays,
@@ -287,8 +296,10 @@ fn print_findings(
         return;
     }
     outln!(
-        "A walk of {:.1} s through concert_hall, {SOURCES} voices, through the engine on a virtual clock",
-        arguments.seconds
+        "A walk of {:.1} s through {}, {}, through the engine on a virtual clock",
+        arguments.seconds,
+        performance.named,
+        counted(performance.voices.len(), "voice")
     );
     outln!("  scene          {triangles} triangles, {surfaces} surfaces");
     outln!("  propagation    {rays} rays, {paths} paths an update");

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use foresound::extrapolation::PredictorKind;
 use foresound::scene::committed::saved::is_saved;
+use foresound::scene::edges::MOST_EDGES;
 use foresound::scene::layout::{SceneLayout, Walk};
 use foresound::scene::{
     MaterialTable, MeshOptions, Scene, SceneSettings, SourceId, SourcePose, TriangleMesh, UpAxis,
@@ -161,6 +162,12 @@ pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<Loa
             "{}: no material is called {}; \"generic\" is used: give a --materials file that names them, or names of `foresound materials`",
             file.display(),
             listed(&names.collect::<Vec<_>>())
+        ));
+    }
+    if scene.edges().len() == MOST_EDGES {
+        notes.push(format!(
+            "{}: only the longest {MOST_EDGES} diffracting edges are kept; a world of several scenes, joined with each other, keeps as many of each",
+            file.display()
         ));
     }
     verbosity::told(format_args!(

@@ -22,6 +22,7 @@ mod hrtf;
 mod hrtf_file;
 mod inputs;
 mod inspect;
+mod laid_out;
 mod manual;
 mod materials;
 mod memory_use;
@@ -70,7 +71,7 @@ pub(crate) struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Renders a walk through the concert hall with four voices, by both schedules (the default).
+    /// Renders a walk through the concert hall, or another scene, with four voices, by both schedules (the default).
     Demo(demo::Arguments),
     /// Renders your scene, sounds and listener to a WAV file: binaural, for loudspeakers, or Ambisonics.
     Render(render::Arguments),

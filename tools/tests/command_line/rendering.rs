@@ -249,3 +249,46 @@ fn a_rendering_has_the_channels_of_its_layout() {
         "{said}"
     );
 }
+
+#[test]
+fn any_mesh_has_a_demo() {
+    let folder = Folder::new();
+    // Two storeys of a hall, 12 m by 9 m, in millimetres, z upward, without a layout beside it.
+    let mut mesh = String::new();
+    for height in [0, 3_000, 6_000] {
+        for (x, y) in [(0, 0), (12_000, 0), (12_000, 9_000), (0, 9_000)] {
+            mesh.push_str(&format!("v {x} {y} {height}\n"));
+        }
+    }
+    mesh.push_str("usemtl plaster\nf 1 2 3 4\nf 5 6 7 8\nf 9 10 11 12\n");
+    for side in 0..4 {
+        let [a, b] = [side + 1, (side + 1) % 4 + 1];
+        mesh.push_str(&format!("f {a} {b} {} {}\n", b + 8, a + 8));
+    }
+    let (scene, out) = (folder.write("two storeys.obj", &mesh), folder.path("demo"));
+    let arguments = [
+        "demo",
+        "--scene",
+        text(&scene),
+        "--scale",
+        "0.001",
+        "--up",
+        "z",
+    ];
+    let short = ["--seconds", "1", "--json", "--out", text(&out)];
+    let output = foresound(&[&arguments[..], &short].concat());
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("4 sources laid out in open space"), "{said}");
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert_eq!(json["scene"], "two_storeys", "{json}");
+    assert!(json["paths_p50"].as_f64() > Some(10.0), "{json}");
+    for file in [
+        "synchronous.wav",
+        "asynchronous.wav",
+        "spectrograms.png",
+        "top_view.png",
+    ] {
+        assert!(out.join(file).is_file(), "{file}");
+    }
+}

@@ -2,14 +2,18 @@
 //! takes memory in proportion to the mesh.
 
 use std::f32::consts::TAU;
+use std::sync::Arc;
 
-use foresound::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
-use glam::Vec3;
+use foresound::scene::edges::MOST_EDGES;
+use foresound::scene::{
+    InstanceId, InstancePose, MaterialTable, Scene, SceneSettings, TriangleMesh,
+};
+use glam::{DVec3, Vec3};
 
 use super::{TURN, peak_bytes_of};
 
-/// Bytes that the largest set of edges takes (32,768 of them).
-const EDGE_BYTES: usize = 8 << 20;
+/// Bytes that the largest set of edges takes ([`MOST_EDGES`] of them).
+const EDGE_BYTES: usize = MOST_EDGES << 8;
 
 /// Memory of a commit to that of the mesh's file and of a full set of edges.
 const PROPORTION: usize = 4;
@@ -27,7 +31,7 @@ fn point(n: u32) -> Vec3 {
 }
 
 /// Triangles with corners of their own.
-fn soup(triangles: impl Iterator<Item = [Vec3; 3]>) -> TriangleMesh {
+fn soup(triangles: impl IntoIterator<Item = [Vec3; 3]>) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
     let material = mesh.material("concrete");
     for corners in triangles {
@@ -137,4 +141,29 @@ fn heaps_of_triangles_take_memory_in_proportion() {
             assert!(bytes <= most, "{bytes} of {most} bytes for {count} {name}");
         }
     }
+}
+
+/// Memory that a part takes when it is the first that a scene is joined with: that of the part, and not of a copy of the scene.
+#[test]
+fn a_part_joins_a_large_scene_without_a_copy_of_it() {
+    let _turn = TURN.lock();
+    let part = Arc::new(commit(&soup(ground_triangles())));
+    let mut taken = [10_000, 100_000].map(|count| {
+        let mut world = commit(&heap(count, Vec3::splat(50.0)));
+        let here = InstancePose::at(InstanceId::default(), DVec3::ZERO);
+        let part = Arc::clone(&part);
+        let (added, bytes) = peak_bytes_of(|| world.add_joined_instance(part, &here));
+        added.expect("is added");
+        bytes
+    });
+    taken.sort_unstable();
+    let [least, most] = taken;
+    assert!(most < 2 * least.max(1 << 16), "{least} to {most} bytes");
+}
+
+/// A square of ground beside a heap.
+fn ground_triangles() -> [[Vec3; 3]; 2] {
+    let at = |x: f32, z: f32| Vec3::new(100.0 + x, 0.0, z);
+    let [a, b] = [at(0.0, 0.0), at(10.0, 10.0)];
+    [[a, at(0.0, 10.0), b], [a, b, at(10.0, 0.0)]]
 }

@@ -9,14 +9,12 @@ use super::joint::Joint;
 use super::pose::{InstanceId, InstancePose};
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Aabb, Ray};
+use crate::scene::commit::CommittedMesh;
 use crate::scene::committed::instances::numbering::{self, FIXED};
 use crate::scene::edges::{Edge, EdgeNames, EdgeSet};
 use crate::scene::surface::Surface;
 use crate::scene::surface::key::instance_key;
 use crate::scene::{Scene, SurfaceSet};
-
-/// Triangles that have bounds together: neighbours in a file are often neighbours in space.
-const BLOCK: usize = 32;
 
 /// A surface of more corners is bounded by its box.
 const MAX_CORNERS: usize = 64;
@@ -32,8 +30,6 @@ struct Outline {
     corners: Vec<Vec3>,
     /// Start of each surface's corners, and the end of the list.
     first: Vec<u32>,
-    /// Bounds of every [`BLOCK`] triangles.
-    blocks: Vec<Aabb>,
 }
 
 impl Outline {
@@ -46,36 +42,20 @@ impl Outline {
             add_corners_of(part, set, index, &mut own, &mut corners);
             first.push(corners.len() as u32);
         }
-        Self {
-            corners,
-            first,
-            blocks: blocks_of(part),
-        }
+        Self { corners, first }
     }
 
-    /// Of the fixed part, whose surfaces stay where they are: only the blocks.
-    fn of_fixed(part: &Scene) -> Self {
+    /// Of the fixed part, whose surfaces stay where they are.
+    fn of_fixed() -> Self {
         Self {
             corners: Vec::new(),
             first: Vec::new(),
-            blocks: blocks_of(part),
         }
     }
 
     fn corners(&self, surface: usize) -> &[Vec3] {
         &self.corners[self.first[surface] as usize..self.first[surface + 1] as usize]
     }
-}
-
-/// Bounds of every [`BLOCK`] triangles.
-fn blocks_of(part: &Scene) -> Vec<Aabb> {
-    let bounds = |block: &[[u32; 3]]| {
-        let corners = block.iter().flatten();
-        corners.fold(Aabb::EMPTY, |bounds, &vertex| {
-            bounds.with_point(part.mesh.vertices[vertex as usize])
-        })
-    };
-    part.mesh.triangles.chunks(BLOCK).map(bounds).collect()
 }
 
 /// Adds the distinct corners of a surface, or those of its box if they are many. `own` is scratch memory.
@@ -106,11 +86,13 @@ fn add_corners_of(
     corners.extend((0..8).map(corner));
 }
 
-/// The surfaces of an instance: copies of a scene have their own of a part that moves, and share those of a joined part.
+/// The surfaces of an instance: copies of a scene have their own of a part that moves, and share those of a joined part. Those of the
+/// fixed part are its commit's.
 #[derive(Debug, Clone)]
 pub(super) enum SurfaceList {
     Own(Vec<Surface>),
     Shared(Arc<[Surface]>),
+    Committed(Arc<CommittedMesh>),
 }
 
 impl Deref for SurfaceList {
@@ -121,6 +103,17 @@ impl Deref for SurfaceList {
         match self {
             Self::Own(list) => list,
             Self::Shared(list) => list,
+            Self::Committed(mesh) => &mesh.surfaces.surfaces,
+        }
+    }
+}
+
+impl SurfaceList {
+    /// Memory beside the commit's.
+    fn own_bytes(&self) -> usize {
+        match self {
+            Self::Committed(_) => 0,
+            _ => size_of_val(&**self),
         }
     }
 }
@@ -177,13 +170,11 @@ impl PlacedInstance {
 
     /// The fixed part as one that others are joined with: in the scene's own coordinates, under the scene's own numbers.
     pub(super) fn of_fixed(fixed: Arc<Scene>) -> Self {
-        let blocks = Outline::of_fixed(&fixed);
-        let all = blocks.blocks.iter();
         Self {
-            bounds: all.fold(Aabb::EMPTY, |bounds, block| bounds.union(block)),
-            surfaces: SurfaceList::Shared(fixed.surfaces().into()),
+            bounds: fixed.blocks.all(),
+            surfaces: SurfaceList::Committed(Arc::clone(&fixed.mesh)),
             pose: InstancePose::at(InstanceId::new(FIXED as u16, 0), DVec3::ZERO),
-            outline: Arc::new(blocks),
+            outline: Arc::new(Outline::of_fixed()),
             axes: DMat3::IDENTITY,
             origin: DVec3::ZERO,
             joint: Some(Arc::new(Joint::default())),
@@ -352,35 +343,6 @@ impl PlacedInstance {
         numbers
     }
 
-    /// Blocks of the part's triangles that meet a box in its coordinates.
-    pub(super) fn blocks_near(&self, low: DVec3, high: DVec3) -> Vec<usize> {
-        let blocks = 0..self.outline.blocks.len();
-        blocks
-            .filter(|&block| self.is_block_near(block, low, high))
-            .collect()
-    }
-
-    fn is_block_near(&self, block: usize, low: DVec3, high: DVec3) -> bool {
-        let bounds = &self.outline.blocks[block];
-        bounds.min.as_dvec3().cmple(high).all() && bounds.max.as_dvec3().cmpge(low).all()
-    }
-
-    /// Triangles of some blocks in a box in the part's coordinates, and others beside them.
-    pub(super) fn triangles_near<'a>(
-        &'a self,
-        blocks: &'a [usize],
-        low: DVec3,
-        high: DVec3,
-    ) -> impl Iterator<Item = u32> + 'a {
-        let count = self.part.mesh.triangles.len();
-        let blocks = blocks.iter().copied();
-        let near = blocks.filter(move |&block| self.is_block_near(block, low, high));
-        near.flat_map(move |block| {
-            let first = block * BLOCK;
-            first as u32..(first + BLOCK).min(count) as u32
-        })
-    }
-
     /// Surfaces of raised border pieces.
     pub(super) fn raised_surfaces(&self) -> impl Iterator<Item = u32> + '_ {
         let raised = self.joint.iter().flat_map(|joint| &joint.raised);
@@ -524,11 +486,10 @@ impl PlacedInstance {
     /// Memory that it occupies beside its part, in bytes.
     pub(super) fn memory_bytes(&self) -> usize {
         size_of::<Self>()
-            + size_of_val(&*self.surfaces)
+            + self.surfaces.own_bytes()
             + self.joint.as_ref().map_or(0, |joint| joint.memory_bytes())
             + size_of_val(self.outline.corners.as_slice())
             + size_of_val(self.outline.first.as_slice())
-            + size_of_val(self.outline.blocks.as_slice())
     }
 }
 

@@ -68,11 +68,13 @@ impl Stored for CurvedShape {
     }
 }
 
-/// The cylinder through corners of facets if their normals lie in one plane, otherwise the sphere.
+/// The cylinder through corners of facets if their normals lie in one plane, otherwise the sphere. `areas` are the facets' normals,
+/// as long as the facets are large.
 pub(super) fn fit<I: Iterator<Item = DVec3>>(
     corners: impl Fn() -> I,
-    normals: impl Iterator<Item = DVec3> + Clone,
+    areas: impl Iterator<Item = DVec3> + Clone,
 ) -> Option<CurvedShape> {
+    let normals = areas.clone().map(DVec3::normalize_or_zero);
     let first = normals.clone().next()?;
     let turned = |n: &DVec3| first.cross(*n).length_squared();
     let other = normals
@@ -82,8 +84,8 @@ pub(super) fn fit<I: Iterator<Item = DVec3>>(
     if axis.length() < LEAST_TURN {
         return None;
     }
-    let axis = axis.normalize();
-    let is_cylinder = normals.clone().all(|n| n.dot(axis).abs() < ACROSS);
+    let axis = most_across(axis.normalize(), areas);
+    let is_cylinder = normals.clone().all(|n| is_across(n, axis, 1.0));
     let axis = is_cylinder.then(|| canonical(axis));
     let across = |p: DVec3| match axis {
         Some(axis) => p - p.dot(axis) * axis,
@@ -120,6 +122,28 @@ pub(super) fn fit<I: Iterator<Item = DVec3>>(
             axis,
             radius_m,
         })
+}
+
+/// The axis near another one to which all facets together are the most perpendicular, by least squares: the two that gave the other
+/// one may be small facets of a neighbour.
+fn most_across(near: DVec3, areas: impl Iterator<Item = DVec3>) -> DVec3 {
+    let (mut matrix, mut vector) = (DMat3::ZERO, DVec3::ZERO);
+    for area in areas {
+        let along = area.dot(near);
+        let across = area - along * near;
+        matrix += DMat3::from_cols(across * across.x, across * across.y, across * across.z);
+        vector += along * across;
+    }
+    // Nothing is known along the axis.
+    let along = near * (matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z);
+    matrix += DMat3::from_cols(along * near.x, along * near.y, along * near.z);
+    let turned = near - matrix.inverse() * vector;
+    turned.try_normalize().unwrap_or(near)
+}
+
+/// Whether a normal is perpendicular to an axis, within a part of the fit's tolerance.
+pub(super) fn is_across(normal: DVec3, axis: DVec3, part: f64) -> bool {
+    normal.dot(axis).abs() < part * ACROSS
 }
 
 /// An axis or its opposite: the first large component of y, x, z is positive.

@@ -39,6 +39,10 @@ const TOLERANCE: (f64, f64) = (5e-4, 2e-4);
 /// Angle in degrees by which a facet's normal may differ from the shape's at its middle beyond half of its width.
 const NORMAL_DEG: f64 = 2.0;
 
+/// Part of the fit's largest angle to a cylinder's axis that its members may have: a sphere that continues a vault is no part of it,
+/// and the axis of all members, which is slightly another one, still fits them.
+const FITTING: f64 = 0.8;
+
 /// Most curved surfaces that are combined with mirror planes, the largest ones, and least part of the scene's area that each
 /// has: what reflects less is late energy.
 const MOST_COMBINED: usize = 4;
@@ -342,7 +346,8 @@ impl Facets {
     fn shape_of(&self, members: &[u32]) -> Option<CurvedShape> {
         let facets = || members.iter().map(|&t| t as usize);
         let corners = || facets().flat_map(|t| self.corners[t]);
-        let shape = fit::fit(corners, facets().map(|t| self.normals[t]))?;
+        let areas = facets().map(|t| self.areas_m2[t] * self.normals[t]);
+        let shape = fit::fit(corners, areas)?;
         corners()
             .all(|corner| shape.distance_m(corner).abs() <= tolerance_m(&shape))
             .then_some(shape)
@@ -360,7 +365,11 @@ impl Facets {
             .asin();
         let most = half_width.min(SMOOTH_DEG.to_radians()) + NORMAL_DEG.to_radians();
         let middle = corners.iter().copied().sum::<DVec3>() / 3.0;
-        shape.normal(middle).dot(self.normals[facet as usize]).abs() >= most.cos()
+        let normal = self.normals[facet as usize];
+        shape.normal(middle).dot(normal).abs() >= most.cos()
+            && shape
+                .axis
+                .is_none_or(|axis| fit::is_across(normal, axis, FITTING))
     }
 
     /// Whether facets bend enough, in enough steps.

@@ -1,6 +1,7 @@
 //! `bench stream`: a world of many joined parts, of which one at a time comes and goes.
 //!
-//! The mesh is cut into the squares of a grid; each is committed and saved alone. Times are of the calling thread: of an app's
+//! The mesh is cut into the squares of a grid; each is committed and saved alone. With `--fixed` most squares are one fixed scene in
+//! one commit, and a part that comes or goes is joined with that. Times are of the calling thread: of an app's
 //! control thread for adding, removing and loading, of propagation's thread for updates.
 
 use std::sync::Arc;
@@ -18,7 +19,7 @@ use foresound::scene::{
     SourcePose, TriangleMesh,
 };
 use foresound_tools::cut::cut;
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use serde_json::json;
 
 use super::share;
@@ -40,6 +41,9 @@ pub(crate) struct Arguments {
     /// Chunks that are removed and added again.
     #[arg(long, default_value_t = 40)]
     repeats: usize,
+    /// One fixed scene has all chunks but every eighth, which come and go.
+    #[arg(long)]
+    fixed: bool,
     /// Sources.
     #[arg(long, default_value_t = 4)]
     sources: usize,
@@ -89,6 +93,29 @@ fn planes(mesh: &TriangleMesh, axis: usize, step_m: f64) -> Vec<f64> {
     (1..count).map(|n| low + step_m * n as f64).collect()
 }
 
+/// A fixed part that touches nothing: a cube of a centimetre beside a mesh.
+fn beside(mesh: &TriangleMesh) -> TriangleMesh {
+    let corners = mesh.vertices.iter().copied();
+    let low = corners.fold(Vec3::INFINITY, Vec3::min);
+    let mut mark = shoebox(Vec3::splat(0.01), "concrete");
+    for vertex in &mut mark.vertices {
+        *vertex += low - BESIDE_M;
+    }
+    mark
+}
+
+/// Every eighth chunk, and all others as one mesh.
+fn split(chunks: Vec<TriangleMesh>) -> Result<(Vec<TriangleMesh>, TriangleMesh)> {
+    let (mut parts, mut fixed) = (Vec::new(), TriangleMesh::default());
+    for (number, chunk) in chunks.into_iter().enumerate() {
+        match number % 8 {
+            3 => parts.push(chunk),
+            _ => fixed.append(&chunk, &DAffine3::IDENTITY)?,
+        }
+    }
+    Ok((parts, fixed))
+}
+
 #[expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
 fn timed_ms<T>(run: impl FnOnce() -> T) -> (T, [f64; 2]) {
     let (start, worked) = (Instant::now(), thread_processor_time());
@@ -128,6 +155,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let world = world(arguments)?;
     let [x, z] = [0, 2].map(|axis| planes(&world.mesh, axis, arguments.chunk.max(1.0)));
     let chunks = cut(&world.mesh, [&x, &[], &z]);
+    let (chunks, fixed) = match arguments.fixed {
+        false => (chunks, beside(&world.mesh)),
+        true => split(chunks)?,
+    };
     let (mut commit, mut load) = (Times::default(), Times::default());
     let mut parts = Vec::new();
     for chunk in &chunks {
@@ -139,17 +170,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         load.0.push(ms);
         parts.push(Arc::new(part?));
     }
-    let low = world
-        .mesh
-        .vertices
-        .iter()
-        .copied()
-        .fold(Vec3::INFINITY, Vec3::min);
-    let mut mark = shoebox(Vec3::splat(0.01), "concrete");
-    for vertex in &mut mark.vertices {
-        *vertex += low - BESIDE_M;
-    }
-    let fixed = Scene::commit(&mark, &MaterialTable::built_in(), &SceneSettings::default())?;
+    let settings = SceneSettings::default();
+    let fixed = Scene::commit(&fixed, &world.table, &settings)?;
+    let of_fixed = fixed.report().triangles;
     let mut settings = EngineSettings::default();
     settings.affinity = AffinityPolicy::None;
     let (mut controller, _renderer) = Engine::new(settings)?;
@@ -168,6 +191,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let row = json!({
         "scene": arguments.scene.display().to_string(),
         "triangles": triangles,
+        "fixed_triangles": of_fixed,
         "chunks": parts.len(),
         "triangles_a_chunk": triangles / parts.len().max(1),
         "commit_ms": commit.summary(),

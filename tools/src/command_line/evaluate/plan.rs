@@ -7,7 +7,7 @@ use foresound_tools::cells::{self, Condition, Platform, RendererKind, SCENES, SO
 use foresound_tools::paper;
 
 use super::Arguments;
-use super::stage::label;
+use crate::laid_out::scene_label;
 
 /// Repeats of a cell, each with its own ray seed and start of the walk.
 const REPEATS: u64 = 5;
@@ -211,7 +211,7 @@ pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
     )?;
     let is_any_platform = platforms.len() > 1;
     let unit = |platform, condition: Condition, scene: &str, sources, repeat, signal: &str| {
-        let scene = label(scene);
+        let scene = scene_label(scene);
         let mut pace = paper::pace(platform, &scene, sources);
         if condition == Stress {
             pace.level = cells::STRESS_LEVEL;

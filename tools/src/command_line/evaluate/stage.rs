@@ -10,12 +10,13 @@ use foresound::scene::layout::Walk;
 use foresound::{Error, Result};
 use foresound_tools::clip::{Clip, load_clip, load_recording};
 use foresound_tools::motion::ReachableFloor;
-use foresound_tools::open_space::{clear_m, open_space};
+use foresound_tools::open_space::clear_m;
 use glam::Vec3;
 
 use super::Arguments;
 use crate::assets::sound;
-use crate::inputs::{SceneArguments, counted, load_scene, print_notes};
+use crate::inputs::{SceneArguments, load_scene, print_notes};
+use crate::laid_out::{LaidOut, laid_out};
 
 /// Sample rate of all sounds.
 pub(super) const RATE_HZ: u32 = 44_100;
@@ -39,45 +40,13 @@ pub(super) struct Stage {
     pub(super) checksum: u64,
 }
 
-/// Label of a scene in tables and files: its name, or its file's stem.
-pub(super) fn label(named: &str) -> String {
-    let stem = Path::new(named).file_stem();
-    let stem = stem.map_or(named.into(), |stem| stem.to_string_lossy());
-    let plain = |c: char| {
-        if c.is_alphanumeric() || "_-".contains(c) {
-            c
-        } else {
-            '_'
-        }
-    };
-    stem.chars().map(plain).collect()
-}
-
 /// Loads a scene by name or file. Sources or a walk that its layout lacks are put in open space. The floor is searched if
 /// `needs_floor`.
 pub(super) fn stage(named: &str, intake: &SceneArguments, needs_floor: bool) -> Result<Stage> {
     let loaded = load_scene(Path::new(named), intake)?;
     print_notes(&loaded.notes);
-    let mut sources = loaded.sources();
-    let mut walk = loaded.walk();
-    if sources.is_empty() || walk.is_none() {
-        let found = open_space(&loaded.scene, MAX_SOURCES)?;
-        if sources.is_empty() {
-            let count = counted(found.sources.len(), "source");
-            print_notes(&[format!("{named}: {count} laid out in open space")]);
-            sources = found.sources;
-        }
-        walk.get_or_insert_with(|| {
-            let Walk { from, to, .. } = found.walk;
-            print_notes(&[format!("{named}: a walk laid out from {from} to {to}")]);
-            found.walk
-        });
-    }
-    let walk = walk.ok_or_else(|| {
-        let advice = "put a TOML file with sources and a listener beside the mesh file";
-        Error::file(named, "has no layout", advice)
-    })?;
-    sources.truncate(MAX_SOURCES);
+    let LaidOut { sources, walk } = laid_out(named, &loaded, MAX_SOURCES)?;
+    let sources: Vec<Vec3> = sources.iter().map(|source| source.position).collect();
     let sways: Vec<Vec3> = sources
         .iter()
         .map(|position| sway(&loaded.scene, *position))

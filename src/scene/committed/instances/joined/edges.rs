@@ -51,8 +51,8 @@ pub(super) fn contacts_with(
     let mesh = &other.part.mesh;
     // The fixed part may be a hundred times as large as what lies beside these edges.
     let (low, high) = other.local_box(&part.bounds, GAP_M);
-    let blocks = other.blocks_near(low, high);
-    let near = |low, high| other.triangles_near(&blocks, low, high);
+    let blocks = other.part.blocks.near(low, high);
+    let near = |low, high| other.part.blocks.triangles_near(&blocks, low, high);
     let found = contacts(
         &moved,
         &mesh.vertices,
