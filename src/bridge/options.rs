@@ -63,7 +63,7 @@ record! {
         /// Maximum number of paths that foresound_engine_paths returns, 0 to 16,384.
         pub shown_paths: u32,
         /// Maximum memory of the engine in MiB, without scenes and sounds; an engine of more is refused. Counted with the
-        /// longest delay lines, 32 bytes x `rate_hz` x `max_delay_s` a slot; at first they are of 0.3 s, and grow with the paths.
+        /// longest delay lines, 32 bytes x `rate_hz` x `max_delay_s` a slot; at first they are of 0.15 s, and grow with the paths.
         pub max_memory_mib: u32,
         /// Distance in metres below which a source gets no louder.
         pub min_distance_m: f32,

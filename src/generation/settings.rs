@@ -33,7 +33,7 @@ pub struct GeneratorSettings {
     /// Sample rate in Hz, that of the HRTF set; 16,000 to 192,000.
     pub rate_hz: u32,
     /// Source slots, 1 to 256. Each delay line takes 32 bytes × rate × seconds, of at most `max_delay_s`: an engine's lines begin
-    /// with 0.3 s and grow with the paths. See [`Self::memory_bytes`].
+    /// with 0.15 s and grow with the paths. See [`Self::memory_bytes`].
     pub max_sources: usize,
     /// Most simultaneous paths, 1 to 16,384; the quietest beyond them are dropped and counted.
     pub max_voices: usize,

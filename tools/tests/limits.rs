@@ -392,9 +392,9 @@ fn an_engines_memory_is_stated_before_it_is_made() {
         with(&|s| s.block_frames = 4096),
         with(&|s| s.max_snapshot_paths = 16_384),
     ] {
-        // Delay lines begin with 0.3 s.
+        // Delay lines begin with 0.15 s.
         let mut first = settings.clone();
-        first.generation.max_delay_s = first.generation.max_delay_s.min(0.3);
+        first.generation.max_delay_s = first.generation.max_delay_s.min(0.15);
         let stated = first.memory_bytes();
         let (engine, bytes) = peak_bytes_of(|| Engine::new(settings.clone()));
         drop(engine.expect("an engine"));

@@ -13,7 +13,6 @@ use crate::propagation::image_source::image_path::{ImagePath, mirror_listener, u
 use crate::propagation::image_source::sequence::{Precedence, Sequence};
 use crate::propagation::{Path, PathId, PathSet};
 use crate::scene::{ListenerPose, Scene};
-use crate::simd::prefetch;
 
 /// Largest length difference in metres between an image-source path and its unfolded image.
 const LENGTH_TOLERANCE_M: f64 = 1e-3;
@@ -127,15 +126,6 @@ impl PathRecipe {
 }
 
 impl Candidate {
-    /// Prefetches what its evaluation reads.
-    #[inline]
-    pub(crate) fn prefetch(&self) {
-        prefetch(&self.path.source);
-        prefetch(&self.path.points);
-        prefetch(&self.geometry);
-        prefetch(&self.order);
-    }
-
     /// A candidate from a path of an update.
     pub(crate) fn new(path: &Path, update: &PathSet, recipe: &PathRecipe) -> Self {
         Self {

@@ -47,9 +47,6 @@ impl Priority {
 /// it, and if not.
 const EVALUATE_EVERY: [u64; 2] = [2, 6];
 
-/// Tests ahead of which a candidate is prefetched: their order is not that in memory.
-const PREFETCH_DISTANCE: usize = 4;
-
 /// The visibility tests of one graphics frame.
 #[derive(Debug, Default)]
 pub struct VisibilityScheduler {
@@ -119,9 +116,6 @@ impl VisibilityScheduler {
             let Some(next) = self.queue.pop() else {
                 break;
             };
-            if let Some(later) = self.queue.iter().nth_back(PREFETCH_DISTANCE - 1) {
-                candidates[later.index()].prefetch();
-            }
             let candidate = &mut candidates[next.index()];
             let state = &mut states[next.index()];
             let geometry = &mut geometries[next.index()];

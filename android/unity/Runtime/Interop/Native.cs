@@ -350,7 +350,7 @@ namespace Foresound.Interop
         public uint ShownPaths;
         /// <summary>
         /// Maximum memory of the engine in MiB, without scenes and sounds; an engine of more is refused. Counted with the
-        /// longest delay lines, 32 bytes x `rate_hz` x `max_delay_s` a slot; at first they are of 0.3 s, and grow with the paths.
+        /// longest delay lines, 32 bytes x `rate_hz` x `max_delay_s` a slot; at first they are of 0.15 s, and grow with the paths.
         /// </summary>
         public uint MaxMemoryMib;
         /// <summary>Distance in metres below which a source gets no louder.</summary>
