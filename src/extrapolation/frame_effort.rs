@@ -7,6 +7,7 @@
 /// Share of visibility rays, and how seldom waves at edges and amplitudes are evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FrameEffort {
+    /// Eighths of [`crate::extrapolation::GeometricSettings::rays_per_source`].
     rays_eighths: u32,
     /// Factor on [`crate::extrapolation::GeometricSettings::exact_every`].
     pub(crate) every: u32,

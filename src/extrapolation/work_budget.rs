@@ -3,7 +3,7 @@
 //! Audio side; arithmetic. The sound thread computes a part of a graphics frame in each block, which evens out the block
 //! times. Work is counted, not timed: equal budgets produce equal parts. The frame is bit-identical for all budgets.
 
-/// Work in units of about 110 ns on a desktop core, some 600 instructions.
+/// Work in units of some 600 instructions, 100 to 120 ns on a desktop core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WorkBudget {
     limit: u32,

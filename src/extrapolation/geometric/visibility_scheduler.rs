@@ -6,6 +6,8 @@
 //! about to become visible, and one that it lacks is about to become blocked. For other paths the likelihood of a change is
 //! inverse to the time since the last change.
 
+use std::collections::BinaryHeap;
+
 use crate::extrapolation::geometric::FrameInputs;
 use crate::extrapolation::geometric::candidate::{Candidate, PathGeometry, VisibilityState};
 use crate::extrapolation::geometric::frame_geometry::{FrameGeometry, GeometryArena};
@@ -50,8 +52,8 @@ const EVALUATE_EVERY: [u64; 2] = [2, 6];
 /// The visibility tests of one graphics frame.
 #[derive(Debug, Default)]
 pub struct VisibilityScheduler {
-    /// Sorted, the first one last.
-    queue: Vec<Priority>,
+    /// A heap: only the tested candidates are sorted.
+    queue: BinaryHeap<Priority>,
     budget: u64,
     frame: u64,
     rays: u64,
@@ -78,6 +80,7 @@ impl VisibilityScheduler {
         if budget == 0 {
             return;
         }
+        let mut queue = std::mem::take(&mut self.queue).into_vec();
         for (index, (state, geometry)) in states.iter().zip(geometries).enumerate() {
             let may_be_testable = match geometry {
                 // A path whose points missed its surfaces is evaluated again after some frames.
@@ -90,10 +93,9 @@ impl VisibilityScheduler {
             if !may_be_testable || state.tested == Some(frame) {
                 continue;
             }
-            let queued = Priority::new(priority(state, frame), index as u32);
-            self.queue.push(queued);
+            queue.push(Priority::new(priority(state, frame), index as u32));
         }
-        self.queue.sort_unstable();
+        self.queue = BinaryHeap::from(queue);
     }
 
     /// Tests queued candidates until the work budget is spent; returns the rays cast in this call, and whether the frame's
