@@ -114,9 +114,9 @@ pub(crate) fn energy(amplitude: &BandArray) -> f32 {
 }
 
 /// Whether the effects of a source allow a path: the last update may have paths of effects that are now off.
-pub(super) fn allows(source: &SourcePose, path: &Path) -> bool {
+pub(super) fn allows(source: &SourcePose, order: u8, is_diffracted: bool) -> bool {
     let effects = source.settings.effects;
-    (path.order == 0 || effects.reflections) && (path.diffraction_order == 0 || effects.diffraction)
+    (order == 0 || effects.reflections) && (!is_diffracted || effects.diffraction)
 }
 
 /// One segment of a source's late energy, sent to the late reverb.

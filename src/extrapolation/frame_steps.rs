@@ -332,7 +332,10 @@ impl Extrapolator {
             budget.spend(cost::CONTINUED);
             let exists = |surface: &u32| at.scene.has_surface(*surface);
             let is_gone = !current.surfaces().iter().all(exists);
-            let is_allowed = |pose: &SourcePose| pose.id == current.source && allows(pose, current);
+            let is_diffracted = current.diffraction_order > 0;
+            let is_allowed = |pose: &SourcePose| {
+                pose.id == current.source && allows(pose, current.order, is_diffracted)
+            };
             let Some(source) = sources.iter().find(|pose| is_allowed(pose)) else {
                 continue;
             };

@@ -2,13 +2,16 @@
 //!
 //! Audio side; arithmetic. Own. Within a few graphics frames the delay, direction and amplitude of a path are nearly linear
 //! in time: if a listener walks past an image source at five metres, the path length deviates from its tangent by 0.2 mm in
-//! two frames at 60 Hz. With [`crate::extrapolation::GeometricSettings::exact_every`] above 1 a path around edges and the amplitude of
-//! a reflection are evaluated in some frames and extrapolated linearly from their last two evaluations in the others.
+//! two frames at 60 Hz. With [`crate::extrapolation::GeometricSettings::exact_every`] above 1 a path is
+//! evaluated in some frames and extrapolated linearly from its last two evaluations in the others.
+
+use glam::Vec3;
 
 use crate::acoustics::BANDS;
 use crate::extrapolation::frame::FramePath;
 use crate::propagation::PathId;
 use crate::propagation::endpoints::Endpoints;
+use crate::scene::SourceId;
 
 /// Greatest displacement in metres of source and listener together over which a path is extrapolated. Beside an edge or an image
 /// source at 5 m its level then deviates by 0.04 %, and its length from the tangent by 1 mm.
@@ -63,7 +66,7 @@ pub struct PathLine {
 #[derive(Debug, Clone, Copy)]
 struct Slope {
     delay_s: f64,
-    arrival: glam::Vec3,
+    arrival: Vec3,
     amplitude: [f32; BANDS],
 }
 
@@ -98,10 +101,17 @@ impl PathLine {
         self.path.id
     }
 
-    /// The path in a later frame. `None` if it must be evaluated: in one frame of `every`, and where [`Self::ahead`] has none.
-    pub(crate) fn at(&self, frame: u64, every: u64, reach: u64) -> Option<FramePath> {
+    /// The path's source.
+    #[inline]
+    pub(crate) fn source(&self) -> SourceId {
+        self.path.source
+    }
+
+    /// Whether [`Self::ahead`] has the path of a later frame that need not evaluate it, as one frame of `every` does.
+    #[inline]
+    pub(crate) fn spans(&self, frame: u64, every: u64, reach: u64) -> bool {
         let is_turn = self.path.id.0.wrapping_add(frame).is_multiple_of(every);
-        (!is_turn).then(|| self.ahead(frame, reach)).flatten()
+        !is_turn && self.slope.is_some() && frame.wrapping_sub(self.frame) < reach
     }
 
     /// The path in a later frame; `None` after `reach` frames and without a slope.
@@ -113,8 +123,11 @@ impl PathLine {
         let slope = self.slope?;
         let mut path = self.path;
         path.delay_s = (path.delay_s + slope.delay_s * ahead as f64).max(0.0);
-        let arrival = path.arrival + slope.arrival * ahead as f32;
-        path.arrival = arrival.normalize_or(path.arrival);
+        // A path at rest keeps its bits.
+        if slope.arrival != Vec3::ZERO {
+            let arrival = path.arrival + slope.arrival * ahead as f32;
+            path.arrival = arrival.normalize_or(path.arrival);
+        }
         for (value, slope) in path.amplitude.iter_mut().zip(slope.amplitude) {
             let next = *value + slope * ahead as f32;
             // A fading amplitude stops at zero.
@@ -129,8 +142,7 @@ mod tests {
     use super::*;
     use crate::extrapolation::frame::PathKind;
     use crate::propagation::PathId;
-    use crate::scene::{SourceId, SourcePose};
-    use glam::Vec3;
+    use crate::scene::SourcePose;
 
     /// A path from an image source.
     fn path(id: u64, image: Vec3, ear: Vec3) -> FramePath {
@@ -148,6 +160,12 @@ mod tests {
         }
     }
 
+    /// The extrapolated path; `None` in a frame that must evaluate it.
+    fn at(line: &PathLine, frame: u64, every: u64, reach: u64) -> Option<FramePath> {
+        let is_extrapolated = line.spans(frame, every, reach);
+        is_extrapolated.then(|| line.ahead(frame, reach)).flatten()
+    }
+
     #[test]
     fn a_walk_past_an_image_source_stays_on_the_line_between_evaluations() {
         for id in 0..7 {
@@ -157,7 +175,7 @@ mod tests {
             let mut evaluations = 0;
             for frame in 100..160 {
                 let exact = path(id, image, ear(frame));
-                let Some(found) = line.and_then(|line| line.at(frame, 3, 3)) else {
+                let Some(found) = line.and_then(|line| at(&line, frame, 3, 3)) else {
                     line = Some(PathLine::through(&exact, frame, line.as_ref(), 3));
                     evaluations += 1;
                     continue;
@@ -177,15 +195,12 @@ mod tests {
     fn a_line_needs_two_recent_evaluations() {
         let audible = path(1, Vec3::X, Vec3::ZERO);
         let first = PathLine::through(&audible, 10, None, 3);
-        assert!(first.at(11, 3, 3).is_none());
+        assert!(at(&first, 11, 3, 3).is_none());
         let second = PathLine::through(&audible, 12, Some(&first), 3);
-        assert_eq!(second.at(13, 3, 3), Some(audible));
-        assert!(second.at(15, 3, 3).is_none());
-        assert!(
-            PathLine::through(&audible, 20, Some(&second), 3)
-                .at(21, 3, 3)
-                .is_none()
-        );
+        assert_eq!(at(&second, 13, 3, 3), Some(audible));
+        assert!(at(&second, 15, 3, 3).is_none());
+        let late = PathLine::through(&audible, 20, Some(&second), 3);
+        assert!(at(&late, 21, 3, 3).is_none());
     }
 
     #[test]

@@ -4,7 +4,7 @@ use crate::acoustics::{BANDS, BandArray};
 use crate::extrapolation::frame::{FramePath, energy};
 use crate::extrapolation::geometric::FrameInputs;
 use crate::extrapolation::geometric::frame_geometry::{FrameGeometry, GeometryArena};
-use crate::extrapolation::geometric::source_poses::FrameSource;
+use crate::extrapolation::geometric::source_poses::{FrameSource, FrameSources};
 use crate::extrapolation::line_extrapolation::PathLine;
 use crate::propagation::amplitude::{apply_directivity, reflected};
 use crate::propagation::curved_reflection::CurvedSequence;
@@ -12,26 +12,28 @@ use crate::propagation::diffraction::{DiffractionSequence, reflection_gain};
 use crate::propagation::image_source::image_path::{ImagePath, mirror_listener, unfold};
 use crate::propagation::image_source::sequence::{Precedence, Sequence};
 use crate::propagation::{Path, PathId, PathSet};
-use crate::scene::{ListenerPose, Scene};
+use crate::scene::{ListenerPose, Scene, SourceId};
 
 /// Largest length difference in metres between an image-source path and its unfolded image.
 const LENGTH_TOLERANCE_M: f64 = 1e-3;
 
-/// A path of one of the last updates, and the geometry of its evaluation.
+/// A path of one of the last updates, and the geometry of its evaluation. What an evaluation reads lies together: most
+/// candidates are in no cache when their turn comes.
 #[derive(Debug, Clone, Copy)]
+#[repr(C)]
 pub struct Candidate {
-    /// The path in its last update.
-    pub path: Path,
-    /// The listener of that update.
-    pub listener: ListenerPose,
     /// Its surfaces and edges.
     pub geometry: PathGeometry,
+    /// The source.
+    pub source: SourceId,
     /// For each reflection the earlier ones that must precede it, in a scene without instances.
     order: Precedence,
     /// Number of the last update in or after which it was valid.
     pub valid_in: u64,
-    /// The line through its last evaluations; `None` if every frame evaluates it.
-    pub line: Option<PathLine>,
+    /// The path in its last update.
+    pub path: Path,
+    /// The listener of that update.
+    pub listener: ListenerPose,
 }
 
 /// Visibility and energy of a candidate. Separate from [`Candidate`]: every graphics frame reads all states but few
@@ -46,6 +48,8 @@ pub struct VisibilityState {
     pub blocked_segment: u8,
     /// Rays of a test of the whole path.
     pub segments: u8,
+    /// Whether it is reflected at planes only.
+    pub is_reflection: bool,
     /// The graphics frame of the last test; `None` before the first.
     pub tested: Option<u64>,
     /// The graphics frame of the last change of [`Self::is_visible`].
@@ -129,42 +133,56 @@ impl Candidate {
     /// A candidate from a path of an update.
     pub(crate) fn new(path: &Path, update: &PathSet, recipe: &PathRecipe) -> Self {
         Self {
-            path: *path,
-            listener: update.listener,
             geometry: recipe.geometry,
+            source: path.source,
             order: recipe.order,
             valid_in: 0,
-            line: None,
+            path: *path,
+            listener: update.listener,
         }
     }
 
-    /// A visible candidate extrapolated along its line; `None` if this frame must evaluate it. Reflections are not: whether their
-    /// points leave their surfaces is seen in every frame.
-    pub(crate) fn extrapolate(
-        &self,
-        inputs: &FrameInputs<'_>,
-        source: Option<&FrameSource>,
-        (frame, every): (u64, u32),
-    ) -> Option<FramePath> {
-        let is_masked = match self.geometry {
-            // A held path jumps between updates.
-            PathGeometry::Unknown | PathGeometry::Reflection(_) => return None,
-            PathGeometry::Diffraction(sequence) => {
-                source.is_none_or(|source| source.shadow.share(&sequence) == 0.0)
-            }
-            PathGeometry::Curved(_) => false,
-        };
-        let source = source?;
-        let path = self.line.as_ref()?.at(frame, every.into(), source.reach)?;
-        let is_out = self.is_gone(inputs.scene) || is_masked;
-        (!is_out).then_some(path)
+    /// Whether it is reflected at planes only.
+    pub(crate) fn is_reflection(&self) -> bool {
+        matches!(self.geometry, PathGeometry::Reflection(_))
     }
 
-    /// Updates the line with the path of a frame that has evaluated it.
-    pub(crate) fn update_line(&mut self, path: Option<&FramePath>, frame: u64, every: u32) {
-        let before = self.line.take();
+    /// How a visible candidate with this line is extrapolated in a graphics frame; `None` if the frame must evaluate it.
+    #[inline]
+    pub(crate) fn extrapolated(
+        &self,
+        (state, line): (&VisibilityState, &PathLine),
+        inputs: &FrameInputs<'_>,
+        sources: &FrameSources,
+        (frame, every): (u64, u32),
+    ) -> Option<FrameGeometry> {
+        let source = sources.get(line.source())?;
+        if !line.spans(frame, every.into(), source.reach) || !source.is_finite {
+            return None;
+        }
+        if self.is_gone(inputs.scene) {
+            return None;
+        }
+        if state.is_reflection {
+            return Some(FrameGeometry::ExtrapolatedReflection);
+        }
+        let is_masked = match &self.geometry {
+            PathGeometry::Diffraction(sequence) => source.shadow.share(sequence) == 0.0,
+            _ => false,
+        };
+        (!is_masked).then_some(FrameGeometry::Extrapolated)
+    }
+
+    /// The line through the path of a frame that has evaluated it, and the evaluation before.
+    pub(crate) fn line(
+        &self,
+        path: Option<&FramePath>,
+        before: Option<&PathLine>,
+        (frame, every): (u64, u32),
+    ) -> Option<PathLine> {
+        // A path of unknown geometry jumps between updates.
         let path = path.filter(|_| !matches!(self.geometry, PathGeometry::Unknown));
-        self.line = path.map(|path| PathLine::through(path, frame, before.as_ref(), every.into()));
+        path.map(|path| PathLine::through(path, frame, before, every.into()))
     }
 
     /// Its geometry in this graphics frame, without visibility; only the points of a reflected path.
@@ -219,22 +237,7 @@ impl Candidate {
         FrameGeometry::Unfolded
     }
 
-    /// The amplitude of a reflection extrapolated along its line; `None` if this frame must compute it.
-    pub(crate) fn extrapolated_amplitude(
-        &self,
-        source: &FrameSource,
-        (frame, every): (u64, u32),
-    ) -> Option<BandArray> {
-        match (self.geometry, every > 1) {
-            (PathGeometry::Reflection(_), true) => {
-                let line = self.line.as_ref()?;
-                Some(line.at(frame, every.into(), source.reach)?.amplitude)
-            }
-            _ => None,
-        }
-    }
-
-    /// The audible path of a visible candidate. A reflection whose `amplitude` is extrapolated has this frame's points only.
+    /// The audible path of a visible candidate whose points were computed in this frame; its amplitude too, if none is given.
     pub(crate) fn frame_path(
         &self,
         geometry: FrameGeometry,
@@ -243,10 +246,12 @@ impl Candidate {
         (arena, amplitude): (&GeometryArena, Option<BandArray>),
     ) -> Option<FramePath> {
         match geometry {
-            FrameGeometry::Unevaluated | FrameGeometry::Invalid | FrameGeometry::Unfolded => None,
-            FrameGeometry::Held(index) | FrameGeometry::Extrapolated(index) => {
-                Some(*arena.path(index))
-            }
+            FrameGeometry::Unevaluated
+            | FrameGeometry::Invalid
+            | FrameGeometry::Unfolded
+            | FrameGeometry::ExtrapolatedReflection
+            | FrameGeometry::Extrapolated => None,
+            FrameGeometry::Held(index) => Some(*arena.path(index)),
             FrameGeometry::Image(index) => {
                 let image = arena.image(index);
                 let amplitude =
@@ -327,13 +332,14 @@ impl Candidate {
 
 impl VisibilityState {
     /// The state of a valid path of an update.
-    pub(crate) fn new(path: &Path, frame: u64) -> Self {
+    pub(crate) fn new(path: &Path, is_reflection: bool, frame: u64) -> Self {
         let energy = energy(&path.amplitude);
         Self {
             is_visible: true,
             in_update: true,
             blocked_segment: 0,
             segments: path.order + path.diffraction_order + 1,
+            is_reflection,
             tested: None,
             changed: frame,
             energy,
@@ -342,11 +348,11 @@ impl VisibilityState {
     }
 
     /// The state of a nearby path of an update.
-    pub(crate) fn nearby(path: &Path, frame: u64) -> Self {
+    pub(crate) fn nearby(path: &Path, is_reflection: bool, frame: u64) -> Self {
         Self {
             is_visible: false,
             in_update: false,
-            ..Self::new(path, frame)
+            ..Self::new(path, is_reflection, frame)
         }
     }
 

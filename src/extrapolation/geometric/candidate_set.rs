@@ -13,6 +13,7 @@ use crate::extrapolation::geometric::candidate::{
 };
 use crate::extrapolation::geometric::prepared_update::PreparedUpdate;
 use crate::extrapolation::geometric::update_dating::UpdateEpoch;
+use crate::extrapolation::line_extrapolation::PathLine;
 use crate::extrapolation::work_budget::{WorkBudget, cost};
 use crate::propagation::{Path, PathSet};
 use crate::scene::SourceId;
@@ -33,6 +34,8 @@ pub struct CandidateSet {
     pub candidates: Vec<Candidate>,
     /// The visibility of each.
     pub states: Vec<VisibilityState>,
+    /// The line through the last evaluations of each; `None` if the next frame evaluates it.
+    pub lines: Vec<Option<PathLine>>,
     next: NextSet,
     progress: MergeProgress,
     /// Updates merged so far.
@@ -50,6 +53,9 @@ impl CandidateSet {
         for list in [&mut self.states, &mut self.next.states] {
             list.reserve_exact(capacity);
         }
+        for list in [&mut self.lines, &mut self.next.lines] {
+            list.reserve_exact(capacity);
+        }
     }
 
     /// Begins the merge of an update in a graphics frame.
@@ -61,6 +67,7 @@ impl CandidateSet {
         };
         self.next.candidates.clear();
         self.next.states.clear();
+        self.next.lines.clear();
     }
 
     /// Merges the update until the budget is spent; returns whether it is merged. Until then the candidates are unchanged.
@@ -75,7 +82,11 @@ impl CandidateSet {
             prepared,
             inputs,
             updates: self.updates + u64::from(update.scope.is_whole()),
-            old: (&self.candidates, &self.states),
+            old: OldSet {
+                candidates: &self.candidates,
+                states: &self.states,
+                lines: &self.lines,
+            },
             next: &mut self.next,
             progress: self.progress,
         };
@@ -93,6 +104,7 @@ impl CandidateSet {
         }
         std::mem::swap(&mut self.candidates, &mut self.next.candidates);
         std::mem::swap(&mut self.states, &mut self.next.states);
+        std::mem::swap(&mut self.lines, &mut self.next.lines);
         // Candidates do not age by an update that did not look for them.
         self.updates += u64::from(update.scope.is_whole());
         true
@@ -101,9 +113,10 @@ impl CandidateSet {
     /// Forgets the past of all candidates whose listener or source was put elsewhere: the next rays test them, and a line
     /// through evaluations at both places leads nowhere.
     pub(crate) fn forget_past(&mut self, frame: u64, has_jumped: impl Fn(SourceId) -> bool) {
-        for (candidate, state) in self.candidates.iter_mut().zip(&mut self.states) {
-            if has_jumped(candidate.path.source) {
-                candidate.line = None;
+        let each = self.candidates.iter().zip(&mut self.states);
+        for ((candidate, state), line) in each.zip(&mut self.lines) {
+            if has_jumped(candidate.source) {
+                *line = None;
                 (state.tested, state.changed) = (None, frame);
             }
         }
@@ -115,6 +128,7 @@ impl CandidateSet {
 struct NextSet {
     candidates: Vec<Candidate>,
     states: Vec<VisibilityState>,
+    lines: Vec<Option<PathLine>>,
     capacity: usize,
 }
 
@@ -123,6 +137,7 @@ impl Default for NextSet {
         Self {
             candidates: Vec::new(),
             states: Vec::new(),
+            lines: Vec::new(),
             capacity: CAPACITY,
         }
     }
@@ -134,12 +149,14 @@ impl NextSet {
         &mut self,
         candidate: &Candidate,
         state: &VisibilityState,
+        line: Option<&PathLine>,
     ) -> Option<(&mut Candidate, &mut VisibilityState)> {
         if self.candidates.len() >= self.capacity {
             return None;
         }
         self.candidates.push(*candidate);
         self.states.push(*state);
+        self.lines.push(line.copied());
         self.candidates.last_mut().zip(self.states.last_mut())
     }
 }
@@ -165,13 +182,36 @@ struct Merge<'a> {
     prepared: &'a PreparedUpdate,
     inputs: &'a FrameInputs<'a>,
     updates: u64,
-    old: (&'a [Candidate], &'a [VisibilityState]),
+    old: OldSet<'a>,
     next: &'a mut NextSet,
     progress: MergeProgress,
 }
 
+/// The candidates from before the update.
+#[derive(Debug, Clone, Copy)]
+struct OldSet<'a> {
+    candidates: &'a [Candidate],
+    states: &'a [VisibilityState],
+    lines: &'a [Option<PathLine>],
+}
+
 /// A candidate from before the update.
-type Old<'a> = (&'a Candidate, &'a VisibilityState);
+#[derive(Debug, Clone, Copy)]
+struct Old<'a> {
+    candidate: &'a Candidate,
+    state: &'a VisibilityState,
+    line: Option<&'a PathLine>,
+}
+
+impl<'a> OldSet<'a> {
+    fn get(&self, index: usize) -> Option<Old<'a>> {
+        Some(Old {
+            candidate: self.candidates.get(index)?,
+            state: self.states.get(index)?,
+            line: self.lines.get(index)?.as_ref(),
+        })
+    }
+}
 
 impl Merge<'_> {
     /// Keeps or drops the next candidate by identity; returns whether there was one.
@@ -192,16 +232,15 @@ impl Merge<'_> {
         let nearby = self.update.nearby.get(progress.nearby);
         let nearby = nearby.filter(|nearby| valid.is_none_or(|path| nearby.id < path.id));
         let next = nearby.or(valid);
-        let old = self.old.0.get(progress.old);
-        let old = old.zip(self.old.1.get(progress.old));
-        let old = old.filter(|(old, _)| next.is_none_or(|next| old.path.id <= next.id));
+        let old = self.old.get(progress.old);
+        let old = old.filter(|old| next.is_none_or(|next| old.candidate.path.id <= next.id));
         progress.old += usize::from(old.is_some());
         match (next, old) {
             (None, None) => return false,
             (None, Some(old)) => {
                 self.merge_absent(old);
             }
-            (Some(next), Some(old)) if old.0.path.id < next.id => {
+            (Some(next), Some(old)) if old.candidate.path.id < next.id => {
                 self.merge_absent(old);
             }
             (Some(next), old) if nearby.is_some() => {
@@ -225,16 +264,16 @@ impl Merge<'_> {
         let recipe = recipe.copied().unwrap_or_else(own);
         let new = Candidate::new(path, self.update, &recipe);
         let MergeProgress { frame, epoch, .. } = self.progress;
-        let pushed = self.next.push(&new, &VisibilityState::new(path, frame));
+        let state = VisibilityState::new(path, new.is_reflection(), frame);
+        let pushed = self.next.push(&new, &state, old.and_then(|old| old.line));
         let Some((candidate, state)) = pushed else {
             return;
         };
         candidate.valid_in = self.updates;
         state.tested = epoch.is_reached.then_some(epoch.frame);
-        let Some((before, old)) = old else {
+        let Some(Old { state: old, .. }) = old else {
             return;
         };
-        candidate.line = before.line;
         if (!epoch.is_reached || old.tested > state.tested) && old.tested.is_some() {
             (state.is_visible, state.tested) = (old.is_visible, old.tested);
             state.blocked_segment = old.blocked_segment;
@@ -251,14 +290,15 @@ impl Merge<'_> {
     /// Merges a nearby path: kept until the next update, or as long as a candidate that was valid before.
     fn merge_nearby(&mut self, path: &Path, recipe: Option<&PathRecipe>, old: Option<Old<'_>>) {
         let updates = self.updates;
-        let pushed = match old.filter(|(old, _)| self.is_retained(old)) {
+        let pushed = match old.filter(|old| self.is_retained(old.candidate)) {
             Some(old) => self.merge_absent(old),
             None => {
                 let own = || PathRecipe::nearby(path, self.inputs.update_scene);
                 let recipe = recipe.copied().unwrap_or_else(own);
                 let new = Candidate::new(path, self.update, &recipe);
-                let state = VisibilityState::nearby(path, self.progress.frame);
-                self.next.push(&new, &state)
+                let frame = self.progress.frame;
+                let state = VisibilityState::nearby(path, new.is_reflection(), frame);
+                self.next.push(&new, &state, None)
             }
         };
         let Some((candidate, state)) = pushed else {
@@ -280,25 +320,27 @@ impl Merge<'_> {
     }
 
     /// Merges a candidate that is not valid in the update.
-    fn merge_absent(
-        &mut self,
-        (candidate, state): Old<'_>,
-    ) -> Option<(&mut Candidate, &mut VisibilityState)> {
+    fn merge_absent(&mut self, old: Old<'_>) -> Option<(&mut Candidate, &mut VisibilityState)> {
+        let Old {
+            candidate,
+            state,
+            line,
+        } = old;
         let path = &candidate.path;
         let scope = &self.update.scope;
         if !scope.covers(path.source, path.order, path.diffraction_order) {
-            return self.next.push(candidate, state);
+            return self.next.push(candidate, state, line);
         }
         if !self.is_retained(candidate) {
             return None;
         }
         let epoch = self.progress.epoch;
-        let (candidate, state) = self.next.push(candidate, state)?;
+        let (candidate, state) = self.next.push(candidate, state, line)?;
         state.in_update = false;
         // An update does not search for what the direct path masks: absence is no test.
         let is_masked = match candidate.geometry {
             PathGeometry::Diffraction(sequence) => {
-                self.inputs.shadow(candidate.path.source).share(&sequence) == 0.0
+                self.inputs.shadow(candidate.source).share(&sequence) == 0.0
             }
             _ => false,
         };

@@ -17,8 +17,10 @@ pub(crate) enum FrameGeometry {
     Invalid,
     /// A path of unknown geometry, unchanged from its update, or one over a curved surface.
     Held(u32),
-    /// A linearly extrapolated path.
-    Extrapolated(u32),
+    /// A reflected path extrapolated along its line: a visibility test computes its points.
+    ExtrapolatedReflection,
+    /// Another path extrapolated along its line.
+    Extrapolated,
     /// The points of a reflected path, in [`GeometryArena::unfolded`].
     Unfolded,
     /// A reflected path.
@@ -32,16 +34,22 @@ impl FrameGeometry {
     pub(crate) fn cost(self) -> usize {
         match self {
             Self::Unevaluated => 0,
-            Self::Extrapolated(_) => cost::CONTINUED,
+            Self::Extrapolated | Self::ExtrapolatedReflection => cost::CONTINUED,
             Self::Diffracted(_) => cost::DIFFRACTED,
             Self::Held(_) => cost::CURVED,
             Self::Invalid | Self::Unfolded | Self::Image(_) => cost::UNFOLDED,
         }
     }
 
+    /// Whether the path is extrapolated along its line.
+    pub(crate) fn is_extrapolated(self) -> bool {
+        matches!(self, Self::Extrapolated | Self::ExtrapolatedReflection)
+    }
+
     /// Whether visibility rays can be cast along it.
     pub(crate) fn is_testable(self) -> bool {
-        matches!(self, Self::Unfolded | Self::Image(_) | Self::Diffracted(_))
+        let has_points = matches!(self, Self::Unfolded | Self::Image(_) | Self::Diffracted(_));
+        has_points || self == Self::ExtrapolatedReflection
     }
 }
 
@@ -83,17 +91,12 @@ impl GeometryArena {
         FrameGeometry::Held(self.paths.len() as u32 - 1)
     }
 
-    pub(crate) fn push_extrapolated(&mut self, path: FramePath) -> FrameGeometry {
-        self.paths.push(path);
-        FrameGeometry::Extrapolated(self.paths.len() as u32 - 1)
-    }
-
     pub(crate) fn push_diffracted(&mut self, path: DiffractionPath) -> FrameGeometry {
         self.diffracted.push(path);
         FrameGeometry::Diffracted(self.diffracted.len() as u32 - 1)
     }
 
-    /// The path of [`FrameGeometry::Held`] and [`FrameGeometry::Extrapolated`].
+    /// The path of [`FrameGeometry::Held`].
     pub(crate) fn path(&self, index: u32) -> &FramePath {
         &self.paths[index as usize]
     }

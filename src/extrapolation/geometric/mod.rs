@@ -1,5 +1,5 @@
-//! The predictor `best`: exact points of reflections in every graphics frame, amplitudes and paths around edges in some
-//! ([`GeometricSettings::exact_every`]), visibility by a few rays.
+//! The predictor `best`: exact paths in some graphics frames ([`GeometricSettings::exact_every`]), extrapolated linearly in the
+//! others, visibility by a few rays.
 //!
 //! Runs on the sound thread. Input: updates as they arrive; output: the reflected and diffracted paths of each graphics
 //! frame, without those of the direct field. Bounded by the number of candidates and
@@ -42,11 +42,11 @@ pub(crate) use crate::extrapolation::geometric::late_energy::extrapolate_late;
 pub use crate::extrapolation::geometric::prepared_update::PreparedUpdate;
 pub use crate::extrapolation::geometric::settings::{GeometricSettings, PredictionTarget};
 
-use crate::extrapolation::geometric::candidate::PathGeometry;
+use crate::extrapolation::geometric::candidate::{Candidate, PathGeometry};
 use crate::extrapolation::geometric::candidate_set::CandidateSet;
 use crate::extrapolation::geometric::frame_geometry::{FrameGeometry, GeometryArena};
-use crate::extrapolation::geometric::source_poses::FrameSources;
 pub(crate) use crate::extrapolation::geometric::source_poses::SourceShadow;
+use crate::extrapolation::geometric::source_poses::{FrameSource, FrameSources};
 use crate::extrapolation::geometric::update_dating::ListenerHistory;
 use crate::extrapolation::geometric::visibility_scheduler::VisibilityScheduler;
 
@@ -154,7 +154,7 @@ impl GeometricPredictor {
 
     /// See [`GeometricSettings::exact_every`]: at least 1, and more with less effort.
     fn exact_every(&self) -> u32 {
-        self.settings.exact_every.max(1) * self.next_effort.every
+        self.next_effort.every(self.settings.exact_every.max(1))
     }
 
     /// How far paths of the next frame are extrapolated.
@@ -251,11 +251,12 @@ impl GeometricPredictor {
         }
     }
 
-    /// Evaluates the visible candidates; the visibility tests evaluate blocked ones.
+    /// Evaluates or extrapolates the visible candidates; the visibility tests evaluate blocked ones.
     fn evaluate(&mut self, inputs: &FrameInputs<'_>, budget: &mut WorkBudget) {
-        let every = self.exact_every();
-        let each = self.set.candidates.iter().zip(&mut self.set.states);
-        for (candidate, state) in each.skip(self.geometries.len()) {
+        let turn = (self.frame, self.exact_every());
+        let set = &mut self.set;
+        let each = set.candidates.iter().zip(&set.lines).zip(&mut set.states);
+        for ((candidate, line), state) in each.skip(self.geometries.len()) {
             if budget.is_spent() {
                 return;
             }
@@ -263,24 +264,23 @@ impl GeometricPredictor {
                 self.geometries.push(FrameGeometry::Unevaluated);
                 continue;
             }
-            let source = self.sources.get(candidate.path.source);
-            let extrapolated = match every > 1 {
-                true => candidate.extrapolate(inputs, source, (self.frame, every)),
-                false => None,
-            };
-            let arena = &mut self.arena;
-            let mut geometry = match extrapolated {
-                Some(path) => arena.push_extrapolated(path),
-                None => candidate.evaluate(inputs, source, arena),
-            };
+            let extrapolated = line.as_ref().and_then(|line| {
+                let is_kept = state.is_reflection && self.effort.is_far();
+                match is_kept {
+                    true => None,
+                    false => candidate.extrapolated((state, line), inputs, &self.sources, turn),
+                }
+            });
+            let mut geometry = extrapolated.unwrap_or_else(|| {
+                let source = self.sources.get(candidate.source);
+                candidate.evaluate(inputs, source, &mut self.arena)
+            });
             if geometry == FrameGeometry::Unfolded {
-                geometry = arena.push_unfolded(inputs.scene);
+                geometry = self.arena.push_unfolded(inputs.scene);
             }
             budget.spend(geometry.cost());
             // Tested soon after its points are on their surfaces again.
-            if let (FrameGeometry::Invalid, PathGeometry::Reflection(_)) =
-                (geometry, candidate.geometry)
-            {
+            if geometry == FrameGeometry::Invalid && state.is_reflection {
                 state.tested = None;
             }
             self.geometries.push(geometry);
@@ -295,61 +295,65 @@ impl GeometricPredictor {
         budget: &mut WorkBudget,
         paths: &mut Vec<FramePath>,
     ) -> Step {
-        let every = self.exact_every();
-        let each = self.set.states.iter_mut().zip(&mut self.set.candidates);
-        let each = each.zip(&self.geometries);
-        for (index, ((state, candidate), &geometry)) in each.enumerate().skip(first) {
+        let turn = (self.frame, self.exact_every());
+        let set = &mut self.set;
+        let each = set.candidates.iter().zip(&mut set.lines);
+        let each = each.zip(&mut set.states).zip(&self.geometries);
+        for (index, (((candidate, line), state), &geometry)) in each.enumerate().skip(first) {
             if geometry == FrameGeometry::Unevaluated || !state.is_visible {
                 continue;
             }
             if geometry == FrameGeometry::Invalid {
-                candidate.line = None;
+                *line = None;
                 continue;
             }
-            let source = self.sources.get(candidate.path.source);
-            let Some(source) = source.filter(|source| source.allows(&candidate.path)) else {
-                continue;
-            };
             if budget.is_spent() {
                 return Step::Emit(index);
             }
             budget.spend(cost::EMITTED);
-            let amplitude = candidate.extrapolated_amplitude(source, (self.frame, every));
-            budget.spend(match (geometry, candidate.geometry) {
-                (FrameGeometry::Diffracted(_), PathGeometry::Diffraction(sequence))
-                    if sequence.has_two_edges() =>
-                {
-                    2 * cost::WAVE
+            let id = match line {
+                Some(line) => line.source(),
+                None => candidate.source,
+            };
+            let Some(source) = self.sources.get(id) else {
+                continue;
+            };
+            let path = if geometry.is_extrapolated() {
+                let line = line.as_ref();
+                line.and_then(|line| line.ahead(self.frame, source.reach))
+            } else {
+                let amplitude = match (geometry, line.as_ref()) {
+                    (FrameGeometry::Image(_), Some(line)) if self.effort.is_far() => {
+                        let (frame, every) = (turn.0, turn.1.into());
+                        line.ahead(frame, source.reach)
+                            .filter(|_| line.spans(frame, every, source.reach))
+                            .map(|path| path.amplitude)
+                    }
+                    _ => None,
+                };
+                budget.spend(match amplitude {
+                    Some(_) => cost::CONTINUED,
+                    None => emission_cost(geometry, candidate, source, inputs),
+                });
+                let own = (&self.arena, amplitude);
+                let path = candidate.frame_path(geometry, inputs, source, own);
+                if turn.1 > 1 && amplitude.is_none() {
+                    *line = candidate.line(path.as_ref(), line.as_ref(), turn);
                 }
-                (FrameGeometry::Diffracted(_), _) => cost::WAVE,
-                (FrameGeometry::Image(_), _) if amplitude.is_some() => cost::CONTINUED,
-                (FrameGeometry::Image(_), _) if candidate.path.order == 1 => {
-                    let edges = source.reflection_edges(inputs);
-                    let own =
-                        edges.filter(|edge| edge.surface() == Some(candidate.path.surfaces[0]));
-                    cost::REFLECTED + cost::WAVE * own.count()
-                }
-                (FrameGeometry::Image(_), _) => cost::REFLECTED,
-                _ => 0,
-            });
-            let own = (&self.arena, amplitude);
-            let path = candidate.frame_path(geometry, inputs, source, own);
-            let is_evaluated =
-                amplitude.is_none() && !matches!(geometry, FrameGeometry::Extrapolated(_));
-            if every > 1 && is_evaluated {
-                candidate.update_line(path.as_ref(), self.frame, every);
-            }
-            let Some(path) = path else {
+                path
+            };
+            let Some(path) = path.filter(|path| source.allows(path)) else {
                 continue;
             };
             state.record_amplitude(&path.amplitude);
             match candidate.geometry {
+                _ if state.is_reflection && path.order > 1 => paths.push(path),
                 PathGeometry::Diffraction(sequence) => {
                     self.diffracted.push((sequence, path));
                 }
                 PathGeometry::Reflection(_) | PathGeometry::Curved(_) | PathGeometry::Unknown => {
                     if let [surface] = candidate.path.surfaces() {
-                        let single = (candidate.path.source.bits(), *surface);
+                        let single = (candidate.source.bits(), *surface);
                         self.single_reflections.push(single);
                     }
                     paths.push(path);
@@ -389,5 +393,29 @@ impl GeometricPredictor {
             };
             paths.extend(same.iter().take(most).map(|(_, path)| *path));
         }
+    }
+}
+
+/// Cost of the amplitude of a candidate that was evaluated in this frame.
+fn emission_cost(
+    geometry: FrameGeometry,
+    candidate: &Candidate,
+    source: &FrameSource,
+    inputs: &FrameInputs<'_>,
+) -> usize {
+    match (geometry, &candidate.geometry) {
+        (FrameGeometry::Diffracted(_), PathGeometry::Diffraction(sequence))
+            if sequence.has_two_edges() =>
+        {
+            2 * cost::WAVE
+        }
+        (FrameGeometry::Diffracted(_), _) => cost::WAVE,
+        (FrameGeometry::Image(_), _) if candidate.path.order == 1 => {
+            let edges = source.reflection_edges(inputs);
+            let own = edges.filter(|edge| edge.surface() == Some(candidate.path.surfaces[0]));
+            cost::REFLECTED + cost::WAVE * own.count()
+        }
+        (FrameGeometry::Image(_), _) => cost::REFLECTED,
+        _ => 0,
     }
 }

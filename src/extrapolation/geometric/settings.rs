@@ -26,9 +26,9 @@ pub struct GeometricSettings {
     pub nearby: bool,
     /// The listener position for which updates are computed.
     pub prediction_target: PredictionTarget,
-    /// Amplitudes of reflections, edge waves and paths around edges are evaluated in one of this many graphics frames, and
-    /// extrapolated linearly in the others as long as source and listener move little. 0 counts as 1. Where a sound thread casts
-    /// fewer rays, in one of twice as many. Delays and directions of straight and reflected paths are exact in every frame.
+    /// Reflections, edge waves and paths around edges are evaluated in one of this many graphics frames, and extrapolated linearly
+    /// in the others as long as source and listener move less than 0.1 m together. 0 counts as 1. Where a sound thread has little
+    /// time, in one of up to twice as many. Delay and direction of the straight path are exact in every frame.
     pub exact_every: u32,
 }
 

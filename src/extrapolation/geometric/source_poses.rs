@@ -2,12 +2,12 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::extrapolation::frame::allows;
+use crate::extrapolation::frame::{FramePath, PathKind, allows};
 use crate::extrapolation::geometric::FrameInputs;
 use crate::extrapolation::line_extrapolation::ExtrapolationReach;
+use crate::propagation::ReflectionEdge;
 use crate::propagation::diffraction::{DiffractionSequence, DirectField};
 use crate::propagation::endpoints::Endpoints;
-use crate::propagation::{Path, ReflectionEdge};
 use crate::scene::{SourceId, SourcePose};
 
 /// Whether other paths than the direct one are masked by it.
@@ -69,8 +69,9 @@ impl FrameSource {
     }
 
     /// Whether the source's effects allow a path.
-    pub(crate) fn allows(&self, path: &Path) -> bool {
-        allows(&self.endpoints.source, path)
+    pub(crate) fn allows(&self, path: &FramePath) -> bool {
+        let is_diffracted = path.kind == PathKind::Diffracted;
+        allows(&self.endpoints.source, path.order, is_diffracted)
     }
 }
 

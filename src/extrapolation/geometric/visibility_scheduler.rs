@@ -9,7 +9,7 @@
 use std::collections::BinaryHeap;
 
 use crate::extrapolation::geometric::FrameInputs;
-use crate::extrapolation::geometric::candidate::{Candidate, PathGeometry, VisibilityState};
+use crate::extrapolation::geometric::candidate::{Candidate, VisibilityState};
 use crate::extrapolation::geometric::frame_geometry::{FrameGeometry, GeometryArena};
 use crate::extrapolation::geometric::source_poses::{FrameSource, FrameSources};
 use crate::extrapolation::work_budget::{WorkBudget, cost};
@@ -99,7 +99,7 @@ impl VisibilityScheduler {
     }
 
     /// Tests queued candidates until the work budget is spent; returns the rays cast in this call, and whether the frame's
-    /// tests are done. Evaluates [`FrameGeometry::Unevaluated`] candidates. The candidates must be those of
+    /// tests are done. Evaluates [`FrameGeometry::Unevaluated`] and extrapolated candidates. The candidates must be those of
     /// [`Self::begin`].
     pub(crate) fn resume(
         &mut self,
@@ -121,36 +121,34 @@ impl VisibilityScheduler {
             let candidate = &mut candidates[next.index()];
             let state = &mut states[next.index()];
             let geometry = &mut geometries[next.index()];
-            let source = sources.get(candidate.path.source);
-            if *geometry == FrameGeometry::Unevaluated {
-                *geometry = candidate.evaluate(inputs, source, arena);
-                work.spend(geometry.cost());
+            let source = sources.get(candidate.source);
+            let is_extrapolated = *geometry == FrameGeometry::ExtrapolatedReflection;
+            let mut legs = *geometry;
+            if is_extrapolated || legs == FrameGeometry::Unevaluated {
+                legs = candidate.evaluate(inputs, source, arena);
+                work.spend(legs.cost());
                 // Tested soon after its points are on their surfaces again.
-                if let (FrameGeometry::Invalid, PathGeometry::Reflection(_)) =
-                    (*geometry, candidate.geometry)
-                {
+                if legs == FrameGeometry::Invalid && state.is_reflection {
                     state.tested = None;
                 }
             }
-            if !geometry.is_testable() {
+            // An extrapolated path remains one as long as its points are on their surfaces.
+            if !is_extrapolated || legs == FrameGeometry::Invalid {
+                *geometry = legs;
+            }
+            if !legs.is_testable() {
                 continue;
             }
             self.tests += 1;
-            if self.rays + max_rays(*geometry, arena) > self.budget {
+            if self.rays + max_rays(legs, arena) > self.budget {
                 break;
             }
             let Some(source) = source else {
                 continue;
             };
             let (first, cast) = (&mut state.blocked_segment, self.rays);
-            let is_visible = is_unoccluded(
-                *geometry,
-                arena,
-                source,
-                inputs.scene,
-                first,
-                &mut self.rays,
-            );
+            let is_visible =
+                is_unoccluded(legs, arena, source, inputs.scene, first, &mut self.rays);
             state.record_visibility(is_visible, self.frame);
             work.spend(cost::RAY * (self.rays - cast) as usize);
             // A blocked path needs only its points.
@@ -158,7 +156,7 @@ impl VisibilityScheduler {
                 *geometry = arena.push_unfolded(inputs.scene);
             }
             // Updates select the loudest diffracted paths: a ray does not extend the validity of one.
-            if is_visible && matches!(candidate.geometry, PathGeometry::Reflection(_)) {
+            if is_visible && state.is_reflection {
                 candidate.valid_in = updates;
             }
         }
@@ -258,7 +256,7 @@ mod tests {
             length_m: 1.0,
             amplitude: [level; BANDS],
         };
-        let mut state = VisibilityState::new(&path, 0);
+        let mut state = VisibilityState::new(&path, true, 0);
         state.tested = Some(100);
         state
     }

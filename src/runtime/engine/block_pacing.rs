@@ -39,7 +39,7 @@ const MOST_SHARE: f64 = 0.6;
 const FRAMES_SHARE: f64 = 0.08;
 
 /// Work of a frame with the next greater effort, relative to the present, and least graphics frames before such a step.
-const STEP_RATIO: f64 = 1.12;
+const STEP_RATIO: f64 = 1.08;
 const STEP_FRAMES: u32 = 64;
 
 /// Least graphics frames between a step and the next to less work.
@@ -173,8 +173,12 @@ impl BlockPacing {
         let may_fall = self.frames_since_step >= SETTLING_FRAMES;
         let is_above = self.mean_work > self.frame_limit;
         if may_fall && is_above && self.effort_steps < FrameEffort::MOST_STEPS {
-            self.effort_steps += 1;
-            self.mean_work /= STEP_RATIO;
+            let ratio = self.mean_work / self.frame_limit;
+            let steps = ratio.ln() / STEP_RATIO.ln();
+            // As many as the ratio asks for, at least one.
+            let steps = (steps as u32).clamp(1, FrameEffort::MOST_STEPS - self.effort_steps);
+            self.effort_steps += steps;
+            self.mean_work /= STEP_RATIO.powi(steps as i32);
             self.frames_since_step = 0;
         } else if may_rise && STEP_RATIO * self.mean_work < self.frame_limit {
             self.effort_steps -= 1;
@@ -280,14 +284,15 @@ mod tests {
         let mut pace = BlockPacing::new(256.0 / 44_100.0, true, 1);
         let mut run = |work: u32| {
             for _ in 0..600 {
-                let work = work / (1 + pace.effort_steps);
-                spread(&mut pace, work);
+                let work = f64::from(work) * 0.92_f64.powi(pace.effort_steps as i32);
+                spread(&mut pace, work as u32);
             }
             pace.effort_steps
         };
         // 8 % of 16.7 ms are 13,333 units.
         assert_eq!(run(12_000), 0);
-        assert_eq!(run(24_000), 1);
+        // 16,000 times 0.92² are too many.
+        assert_eq!(run(16_000), 3);
         assert_eq!(run(200_000), FrameEffort::MOST_STEPS);
         assert_eq!(run(4_000), 0);
     }
