@@ -333,7 +333,7 @@ impl VisibilityState {
             is_visible: true,
             in_update: true,
             blocked_segment: 0,
-            segments: path.order + path.diffraction_order + 1,
+            segments: path.points().len() as u8 + 1,
             tested: None,
             changed: frame,
             energy,
