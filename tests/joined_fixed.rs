@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
+use foresound::propagation::{Path, PathId, PathSet, PropagationSettings, Propagator};
 use foresound::scene::{
     InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId,
     SourcePose, TriangleMesh,
@@ -166,4 +166,35 @@ fn the_fixed_part_alone_is_heard_as_before() {
     for pair in PAIRS {
         assert_eq!(heard(&alone, pair).paths, heard(&world, pair).paths);
     }
+}
+
+#[test]
+fn a_reflection_keeps_its_identity_across_the_border() {
+    let world = Arc::new(world().0);
+    let settings = PropagationSettings {
+        diffraction_order: 0,
+        ..PropagationSettings::default()
+    };
+    let mut propagator = Propagator::new(Arc::clone(&world), settings).expect("settings");
+    let source = SourcePose::at(SourceId::new(0, 0), Vec3::new(4.1, 1.5, -2.0));
+    let mut set = PathSet::default();
+    let mut before: Option<Vec<(u8, PathId)>> = None;
+    let mut crossed = 0;
+    for step in 0..80 {
+        // The points of reflection pass the border at different steps.
+        let ear = Vec3::new(5.0 + 0.05 * step as f32, 1.6, -2.6);
+        for _ in 0..if step == 0 { 16 } else { 1 } {
+            propagator.update(&ListenerPose::facing(ear, 0.0), &[source], 0.0, &mut set);
+        }
+        let mut now: Vec<(u8, PathId)> = set.paths.iter().map(|p| (p.order, p.id)).collect();
+        now.sort_unstable();
+        // Ground, wall, both.
+        assert_eq!(now.len(), 4, "step {step}");
+        if let Some(before) = before.replace(now.clone()) {
+            assert_eq!(before, now, "step {step}");
+        }
+        let of_part = set.paths.iter().flat_map(|p| p.surfaces());
+        crossed = of_part.filter(|s| world.is_of_instance(**s)).count();
+    }
+    assert_eq!(crossed, 4, "all reflections are beyond the border at last");
 }

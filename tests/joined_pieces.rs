@@ -49,7 +49,9 @@ fn mirrors(world: &Scene, x: f32) -> bool {
         world.is_panel(hit.triangle),
     ];
     assert_eq!(answers[0], answers[1], "{x}");
-    assert!(!answers[0] || world.surface(hit.group).panel_triangle_count > 0);
+    // Surfaces of the fixed part stay as committed.
+    let is_counted = world.surface(hit.group).panel_triangle_count > 0;
+    assert!(!answers[0] || is_counted || !world.is_of_instance(hit.group));
     answers[0]
 }
 
@@ -125,4 +127,39 @@ fn pieces_apart_stay_small() {
         add(&mut world, &part);
     }
     assert!(!mirrors(&world, 0.1) && !mirrors(&world, 0.7) && mirrors(&world, 2.0));
+}
+
+#[test]
+fn a_piece_of_the_fixed_part_mirrors_beside_the_panel_of_a_part() {
+    let mut world = Scene::clone(&wall(0.0, 0.5));
+    assert!(!mirrors(&world, 0.1));
+    for _ in 0..2 {
+        let id = add(&mut world, &wall(0.5, 3.0));
+        assert!(mirrors(&world, 0.1) && mirrors(&world, 0.499) && mirrors(&world, 2.0));
+        assert!((upper_edge_m(&world) - 3.0).abs() < 1e-3);
+        world.remove_instance(id).expect("is there");
+        assert!(!mirrors(&world, 0.1));
+        assert_eq!(upper_edge_m(&world), 0.0);
+    }
+}
+
+#[test]
+fn small_pieces_of_the_fixed_part_and_of_parts_mirror_together() {
+    let parts = [wall(0.0, 0.5), wall(0.5, 1.0), wall(1.0, 1.5)];
+    for [fixed, first, second] in [[0, 1, 2], [1, 0, 2], [1, 2, 0], [2, 0, 1]] {
+        let mut world = Scene::clone(&parts[fixed]);
+        let ids = [first, second].map(|index| add(&mut world, &parts[index]));
+        for x in [0.1, 0.7, 1.4] {
+            assert!(mirrors(&world, x), "{fixed} {first} {x}");
+        }
+        assert!((upper_edge_m(&world) - 1.5).abs() < 1e-3, "{fixed} {first}");
+        world.remove_instance(ids[0]).expect("is there");
+        for index in [fixed, second] {
+            assert!(
+                !mirrors(&world, 0.5 * index as f32 + 0.1),
+                "{fixed} {first}"
+            );
+        }
+        assert_eq!(upper_edge_m(&world), 0.0);
+    }
 }

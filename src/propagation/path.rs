@@ -5,7 +5,7 @@ use glam::Vec3;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::late_group::{LATE_GROUPS, LateGroup};
 use crate::propagation::update_scope::UpdateScope;
-use crate::scene::{InstancePose, ListenerPose, SourceId, SourcePose};
+use crate::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
 
 /// Highest reflection order of a path (the paper's depth).
 pub const MAX_ORDER: usize = 4;
@@ -85,6 +85,12 @@ impl ReflectionEdge {
     /// The reflecting surface.
     pub fn surface(&self) -> Option<u32> {
         self.surfaces[0].or(self.surfaces[1])
+    }
+
+    /// Whether a surface is the reflecting one, or goes on in it beyond the fixed part.
+    pub(crate) fn is_beside(&self, scene: &Scene, surface: u32) -> bool {
+        let named = |surface| scene.naming_surface(surface);
+        self.surface().map(named) == Some(named(surface))
     }
 }
 

@@ -439,7 +439,7 @@ impl SourceTask {
             let is_continued = |found: &Path| {
                 found.order == 1
                     && found.diffraction_order == 0
-                    && near.0.surface() == Some(found.surfaces[0])
+                    && near.0.is_beside(query.context.scene, found.surfaces[0])
             };
             let is_missing = !self.paths[..found].iter().any(is_continued);
             if is_missing || has_nearby {

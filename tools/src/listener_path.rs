@@ -163,7 +163,10 @@ fn parse_rows(file: &Path, text: &[u8]) -> Result<Vec<Row>> {
         let unknown = |name: &&str| !name.is_empty() && !NAMES.contains(name);
         if let Some(name) = headers.iter().find(unknown) {
             let header = headers.position().map(|p| p.line() as usize);
-            return wrong(header, format!("no column is called `{name}`"));
+            return wrong(
+                header,
+                format!("no column is called `{}`", name.escape_debug()),
+            );
         }
         // A decimal comma makes two cells of a number.
         if record

@@ -338,7 +338,7 @@ impl VisibilityState {
             is_visible: true,
             in_update: true,
             blocked_segment: 0,
-            segments: path.order + path.diffraction_order + 1,
+            segments: path.points().len() as u8 + 1,
             is_reflection,
             tested: None,
             changed: frame,

@@ -213,7 +213,7 @@ impl GeometricPredictor {
         if let Step::Emit(first) = self.step {
             self.step = self.emit(first, inputs, budget, paths);
             if self.step == Step::Begin {
-                self.emit_loudest_diffracted(paths);
+                self.emit_loudest_diffracted(inputs.scene, paths);
                 self.frame += 1;
                 progress.is_done = true;
             }
@@ -353,7 +353,8 @@ impl GeometricPredictor {
                 }
                 PathGeometry::Reflection(_) | PathGeometry::Curved(_) | PathGeometry::Unknown => {
                     if let [surface] = candidate.path.surfaces() {
-                        let single = (candidate.source.bits(), *surface);
+                        let named = inputs.scene.naming_surface(*surface);
+                        let single = (candidate.source.bits(), named);
                         self.single_reflections.push(single);
                     }
                     paths.push(path);
@@ -365,13 +366,13 @@ impl GeometricPredictor {
 
     /// Emits the loudest diffracted paths of each source, up to the limits of an update, without those that are part of a
     /// reflection.
-    fn emit_loudest_diffracted(&mut self, paths: &mut Vec<FramePath>) {
+    fn emit_loudest_diffracted(&mut self, scene: &Scene, paths: &mut Vec<FramePath>) {
         self.single_reflections.sort_unstable();
         let reflections = &self.single_reflections;
         self.diffracted.retain(|(sequence, path)| {
             let surface = sequence.continued_reflection();
             let is_part = |surface| {
-                let single = (path.source.bits(), surface);
+                let single = (path.source.bits(), scene.naming_surface(surface));
                 reflections.binary_search(&single).is_ok()
             };
             !surface.is_some_and(is_part)
@@ -412,7 +413,8 @@ fn emission_cost(
         (FrameGeometry::Diffracted(_), _) => cost::WAVE,
         (FrameGeometry::Image(_), _) if candidate.path.order == 1 => {
             let edges = source.reflection_edges(inputs);
-            let own = edges.filter(|edge| edge.surface() == Some(candidate.path.surfaces[0]));
+            let surface = candidate.path.surfaces[0];
+            let own = edges.filter(|edge| edge.is_beside(inputs.scene, surface));
             cost::REFLECTED + cost::WAVE * own.count()
         }
         (FrameGeometry::Image(_), _) => cost::REFLECTED,

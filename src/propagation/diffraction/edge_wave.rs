@@ -214,9 +214,7 @@ fn continuation_factor(part: Complex, is_fading: bool) -> f64 {
 /// Which of an edge's faces have no reflection at a point of it that the edge's wave continues: those without panels, and
 /// small panels, whose single reflections fade towards the edge ([`crate::propagation::image_source::finite_panel`]).
 pub fn finite_panel_faces(scene: &Scene, edge: &Edge, apex: DVec3) -> [bool; 2] {
-    let is_dull = edge
-        .faces
-        .map(|face| scene.surface(face).panel_triangle_count == 0);
+    let is_dull = edge.faces.map(|face| !scene.has_panels(face));
     if !scene.has_finite_panels() {
         return is_dull;
     }

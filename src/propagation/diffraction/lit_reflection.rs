@@ -24,7 +24,7 @@ pub fn reflection_gain(
     edges: impl Iterator<Item = ReflectionEdge>,
 ) -> Option<BandArray> {
     let mut gain = None;
-    for near in edges.filter(|near| near.surface() == Some(surface)) {
+    for near in edges.filter(|near| near.is_beside(scene, surface)) {
         let path = ReflectedEdgePath::over(scene, near.edge, near.surfaces, endpoints);
         let Some(path) = path else {
             continue;

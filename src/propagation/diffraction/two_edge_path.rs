@@ -234,7 +234,7 @@ impl TwoEdgePath {
         let transmission = endpoints.source.settings.effects.transmission;
         let shared = shared_face([&edges[0], &edges[1]]);
         // A face too small to reflect continues no reflection, but it carries the wave between its own edges.
-        let is_dull = |face| Some(face) != shared && scene.surface(face).panel_triangle_count == 0;
+        let is_dull = |face| Some(face) != shared && !scene.has_panels(face);
         // The field of each edge, beside transmission and without.
         let fields = [0, 1].map(|i| {
             let crossing = EdgeCrossing {

@@ -112,7 +112,15 @@ impl Sequence {
     /// Identity of a source's path along this sequence. It depends on the surfaces' stable keys only and thus survives a
     /// reload of the scene.
     pub fn path_id(&self, scene: &Scene, source: SourceId) -> PathId {
-        let surfaces = self.surfaces().iter().copied();
+        let mut named = *self;
+        if scene.has_continued_surfaces() {
+            // The canonical order is that of the numbers.
+            named = Self::default();
+            for &surface in self.surfaces() {
+                named.push_canonical(scene, scene.naming_surface(surface));
+            }
+        }
+        let surfaces = named.surfaces().iter().copied();
         interaction_path_id(scene, source, surfaces.map(Interaction::Surface))
     }
 
@@ -144,7 +152,10 @@ pub fn interaction_path_id(
     interactions: impl Iterator<Item = Interaction>,
 ) -> PathId {
     let key = |interaction| match interaction {
-        Interaction::Surface(surface) => REFLECTION << 62 | scene.surface(surface).key >> 2,
+        Interaction::Surface(surface) => {
+            let named = scene.surface(scene.naming_surface(surface));
+            REFLECTION << 62 | named.key >> 2
+        }
         Interaction::Edge(edge) => EDGE << 62 | scene.edge(edge).key >> 2,
         Interaction::Curved(index) => {
             let curved = scene.curved_surfaces().get(index as usize);

@@ -307,6 +307,14 @@ impl Scene {
             return self.instance_reflects_at(surface, point);
         }
         self.mesh.surfaces.reflects_at(surface, point)
+            || self.has_joined_instances() && self.fixed_piece_reflects_at(surface, point)
+    }
+
+    /// Whether any part of a surface can reflect like a mirror.
+    #[inline]
+    pub(crate) fn has_panels(&self, surface: u32) -> bool {
+        self.surface(surface).panel_triangle_count > 0
+            || self.has_joined_instances() && self.has_raised_piece(surface)
     }
 
     /// The fixed part's finite panels.
@@ -338,6 +346,7 @@ impl Scene {
             return self.instance_is_panel(triangle);
         }
         self.mesh.surfaces.is_panel(triangle)
+            || self.has_joined_instances() && self.is_of_fixed_piece(triangle)
     }
 
     /// Whether a triangle belongs to a connected part of the mesh without boundary edges.

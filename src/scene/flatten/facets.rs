@@ -67,6 +67,16 @@ impl Facets {
         self.ring[side as usize] == side
     }
 
+    /// Another triangle at a side (`3 t + e`), or the same one at a boundary.
+    pub(super) fn beside(&self, side: u32) -> u32 {
+        self.ring[side as usize] / 3
+    }
+
+    pub(super) fn middle(&self, triangle: u32) -> DVec3 {
+        let [a, b, c] = self.corners[triangle as usize];
+        (a + b + c) / 3.0
+    }
+
     pub(super) fn len(&self) -> usize {
         self.corners.len()
     }

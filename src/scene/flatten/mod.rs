@@ -1,8 +1,10 @@
-//! Acoustic surfaces of rough meshes: planes fitted to regions of triangles, onto which the triangles are moved.
+//! Acoustic surfaces of rough meshes: planes, spheres and cylinders fitted to regions of triangles, onto which the triangles are
+//! moved.
 //!
 //! Control side. A scanned wall has no two triangles in one plane, although no wavelength in use resolves its millimetres.
 //! Regions of connected triangles that scatter around a plane within a tolerance are found ([`regions`]), their planes are
-//! fitted by least squares and made perpendicular where noise permits ([`right_angles`]), and their vertices are moved onto
+//! fitted by least squares and made perpendicular where noise permits ([`right_angles`]); of what is left, regions around a sphere or
+//! a cylinder are found ([`round_regions`]). Their vertices are moved onto
 //! them ([`snap`]), and triangles that a scan lacks are added ([`fill`]). What follows (surfaces, edges, rays) sees flat walls that meet in straight edges. The roughness that is
 //! lost becomes scattering by band ([`roughness`]). A mesh without such regions keeps its bits. Own.
 
@@ -12,6 +14,8 @@ mod plane_fit;
 mod regions;
 mod right_angles;
 pub(in crate::scene) mod roughness;
+mod round_fit;
+mod round_regions;
 mod snap;
 
 use glam::{DVec3, Vec3};
@@ -20,6 +24,8 @@ use super::mesh::TriangleMesh;
 use facets::{Facets, NONE};
 use regions::Limits;
 use roughness::Roughness;
+use round_regions::RoundRegions;
+use snap::Shape;
 
 /// A mesh with flat regions.
 pub(super) struct Flattened {
@@ -46,19 +52,39 @@ pub(super) fn flattened(
         tolerance_m,
         min_area_m2,
     };
-    let regions = regions::find(&facets, &by_position(mesh), limits);
-    if regions.regions.is_empty() {
+    let order = by_position(mesh);
+    let regions = regions::find(&facets, &order, limits);
+    let round = round_regions::find(
+        &facets,
+        &mesh.triangles,
+        mesh.vertices.len(),
+        &regions.of_triangle,
+        &order,
+        limits,
+    );
+    if regions.regions.is_empty() && round.shapes.is_empty() {
         return None;
     }
     let planes = right_angles::regularised(&regions);
     let positions = mesh.vertices.iter().map(|v| v.as_dvec3() - centre);
     let positions: Vec<DVec3> = positions.collect();
+    let flat = planes.iter().map(|&plane| Shape::Flat(plane));
+    let shapes = flat.chain(round.shapes.iter().map(|&shape| Shape::Round(shape)));
+    let shapes: Vec<Shape> = shapes.collect();
+    let shape_of: Vec<u32> = regions
+        .of_triangle
+        .iter()
+        .zip(&round.of_triangle)
+        .map(|(&flat, &round)| match round {
+            NONE => flat,
+            round => planes.len() as u32 + round,
+        })
+        .collect();
     let moved = snap::snapped(
         &facets,
         &mesh.triangles,
         &positions,
-        &regions,
-        &planes,
+        (&shape_of, &shapes),
         tolerance_m,
     );
     let mut result = mesh.clone();
@@ -69,9 +95,13 @@ pub(super) fn flattened(
             *at = to;
         }
     }
+    let round_roughness = round.roughness(&facets);
     let mut roughness: Vec<Roughness> = (0..facets.len())
         .map(|triangle| {
             let area_m2 = facets.areas_m2[triangle];
+            if let Some(of) = round_roughness.get(round.of_triangle[triangle] as usize) {
+                return of.over(area_m2);
+            }
             match regions.of_triangle[triangle] {
                 NONE => Roughness::flat(area_m2),
                 region => Roughness::of(
@@ -92,8 +122,27 @@ pub(super) fn flattened(
     Some(Flattened {
         mesh: result,
         roughness,
-        regions: planes.len(),
+        regions: shapes.len(),
     })
+}
+
+impl RoundRegions {
+    /// The roughness of each shape: facets of a curved reflector have one material.
+    fn roughness(&self, facets: &Facets) -> Vec<Roughness> {
+        let mut sums = vec![Roughness::default(); self.shapes.len()];
+        for (triangle, &round) in self.of_triangle.iter().enumerate() {
+            let Some(shape) = self.shapes.get(round as usize) else {
+                continue;
+            };
+            let corners = facets.corners[triangle];
+            let middle = corners.iter().sum::<DVec3>() / 3.0;
+            let cosine = shape.normal(middle).dot(facets.normals[triangle]);
+            let heights = corners.map(|corner| shape.distance_m(corner));
+            let area_m2 = facets.areas_m2[triangle];
+            sums[round as usize].add(&Roughness::of_heights(heights, cosine, area_m2));
+        }
+        sums
+    }
 }
 
 /// The triangles by the positions of their corners: a clean mesh's vertices are sorted by position.

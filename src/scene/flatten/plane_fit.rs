@@ -138,7 +138,7 @@ pub(super) fn curved_share(
     let u = fit.plane.normal.any_orthonormal_vector();
     let v = fit.plane.normal.cross(u);
     let scale = 1.0 / fit.extent_m[1].max(1e-9);
-    let mut system = [[0.0; TERMS + 1]; TERMS];
+    let (mut system, mut right) = ([[0.0; TERMS]; TERMS], [0.0; TERMS]);
     let mut squares = 0.0;
     for (point, weight) in points {
         let out = (point - middle) * scale;
@@ -147,16 +147,16 @@ pub(super) fn curved_share(
         let (xx, xy, yy) = (x * x, x * y, y * y);
         let cubic = [xx * x, xx * y, x * yy, yy * y];
         let [a, b, c, d] = cubic;
-        let terms = [1.0, x, y, xx, xy, yy, a, b, c, d, height];
+        let terms = [1.0, x, y, xx, xy, yy, a, b, c, d];
         for row in 0..TERMS {
             for (column, term) in terms.iter().enumerate() {
                 system[row][column] += weight * terms[row] * term;
             }
+            right[row] += weight * terms[row] * height;
         }
         squares += weight * height * height;
     }
-    let right = system.map(|row| row[TERMS]);
-    let Some(solution) = solve(system) else {
+    let Some(solution) = solve(system, right) else {
         return 0.0;
     };
     let explained: f64 = solution.iter().zip(right).map(|(x, b)| x * b).sum();
@@ -164,26 +164,26 @@ pub(super) fn curved_share(
 }
 
 /// Gauss' elimination with pivots.
-fn solve(mut a: [[f64; TERMS + 1]; TERMS]) -> Option<[f64; TERMS]> {
-    for step in 0..TERMS {
-        let pivot = (step..TERMS).max_by(|&p, &q| a[p][step].abs().total_cmp(&a[q][step].abs()))?;
+pub(super) fn solve<const N: usize>(mut a: [[f64; N]; N], mut right: [f64; N]) -> Option<[f64; N]> {
+    for step in 0..N {
+        let pivot = (step..N).max_by(|&p, &q| a[p][step].abs().total_cmp(&a[q][step].abs()))?;
         a.swap(step, pivot);
+        right.swap(step, pivot);
         if a[step][step].abs() < 1e-12 {
             return None;
         }
-        for row in step + 1..TERMS {
+        for row in step + 1..N {
             let factor = a[row][step] / a[step][step];
-            for column in step..=TERMS {
+            for column in step..N {
                 a[row][column] -= factor * a[step][column];
             }
+            right[row] -= factor * right[step];
         }
     }
-    let mut x = [0.0; TERMS];
-    for row in (0..TERMS).rev() {
-        let known: f64 = (row + 1..TERMS)
-            .map(|column| a[row][column] * x[column])
-            .sum();
-        x[row] = (a[row][TERMS] - known) / a[row][row];
+    let mut x = [0.0; N];
+    for row in (0..N).rev() {
+        let known: f64 = (row + 1..N).map(|column| a[row][column] * x[column]).sum();
+        x[row] = (right[row] - known) / a[row][row];
     }
     Some(x)
 }

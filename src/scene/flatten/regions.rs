@@ -24,7 +24,7 @@ const BAND_M: f64 = 1e-3;
 const SIGMA_SHARE: f64 = 1.0 / 3.0;
 
 /// Standard deviation in metres below which a region is flat already.
-const FLAT_M: f64 = 2e-5;
+pub(super) const FLAT_M: f64 = 2e-5;
 
 /// Least cosine of a triangle's angle to a region that surrounds it: 75 degrees.
 const SURROUNDED_COSINE: f64 = 0.26;
@@ -67,12 +67,12 @@ pub(super) struct Limits {
 }
 
 impl Limits {
-    fn band_m(&self, deviations: f64, sigma_m: f64) -> f64 {
+    pub(super) fn band_m(&self, deviations: f64, sigma_m: f64) -> f64 {
         (deviations * sigma_m + BAND_M).min(self.tolerance_m)
     }
 
-    fn is_rough(&self, fit: &Fit) -> bool {
-        fit.sigma_m < SIGMA_SHARE * self.tolerance_m
+    pub(super) fn is_rough(&self, sigma_m: f64) -> bool {
+        sigma_m < SIGMA_SHARE * self.tolerance_m
     }
 }
 
@@ -142,7 +142,7 @@ impl Search<'_> {
                 return false;
             };
             fit = moments.fit();
-            if !self.limits.is_rough(&fit) {
+            if !self.limits.is_rough(fit.sigma_m) {
                 return false;
             }
             refits = false;
@@ -193,7 +193,7 @@ impl Search<'_> {
             return None;
         }
         let fit = self.moments().fit();
-        self.limits.is_rough(&fit).then_some(fit)
+        self.limits.is_rough(fit.sigma_m).then_some(fit)
     }
 
     fn begin(&mut self, seed: u32) {
@@ -267,7 +267,7 @@ impl Regions {
         }
         for (region, members) in self.regions.iter_mut().zip(&members) {
             let (fit, moments) = (region.fit, region.moments);
-            let keeps = limits.is_rough(&fit) && !is_curved(facets, members, &fit, &moments);
+            let keeps = limits.is_rough(fit.sigma_m) && !is_curved(facets, members, &fit, &moments);
             if !keeps {
                 members
                     .iter()

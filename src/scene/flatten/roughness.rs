@@ -33,8 +33,13 @@ pub(in crate::scene) struct Roughness {
 impl Roughness {
     /// The roughness of one triangle about a plane.
     pub(super) fn of(corners: &[DVec3; 3], normal: DVec3, area_m2: f64, plane: Plane) -> Self {
-        let [a, b, c] = corners.map(|corner| plane.distance_m(corner));
-        let cosine = normal.dot(plane.normal).abs().max(0.1);
+        let heights = corners.map(|corner| plane.distance_m(corner));
+        Self::of_heights(heights, normal.dot(plane.normal), area_m2)
+    }
+
+    /// The roughness of one triangle of which the corners' heights are known, and the cosine of its angle to the smooth surface.
+    pub(super) fn of_heights([a, b, c]: [f64; 3], cosine: f64, area_m2: f64) -> Self {
+        let cosine = cosine.abs().max(0.1);
         Self {
             area_m2,
             // The mean of the square of a linear function.
@@ -51,7 +56,17 @@ impl Roughness {
         }
     }
 
-    fn add(&mut self, other: &Self) {
+    /// The same roughness of another area.
+    pub(super) fn over(&self, area_m2: f64) -> Self {
+        let part = area_m2 / self.area_m2.max(1e-12);
+        Self {
+            area_m2,
+            squares: part * self.squares,
+            slopes: part * self.slopes,
+        }
+    }
+
+    pub(super) fn add(&mut self, other: &Self) {
         self.area_m2 += other.area_m2;
         self.squares += other.squares;
         self.slopes += other.slopes;

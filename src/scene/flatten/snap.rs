@@ -1,10 +1,11 @@
-//! Moves vertices onto the planes of their triangles' regions: onto one plane, the line of two, the corner of three.
+//! Moves vertices onto the planes and round shapes of their triangles' regions: onto one of them, the line of two, the corner of
+//! three.
 
 use glam::{DMat3, DVec3};
 
 use super::facets::{Facets, NONE};
 use super::plane_fit::Plane;
-use super::regions::Regions;
+use super::round_fit::Round;
 
 /// Weight of a vertex's own position against that of a plane: only directions that no plane decides are left to it.
 const STAY: f64 = 1e-7;
@@ -15,56 +16,84 @@ const SAME_COSINE: f64 = 0.9998;
 /// A vertex moves by at most as many tolerances; one at the line of two slanted planes by more than the noise.
 const MOST_TOLERANCES: f64 = 2.0;
 
+/// Steps to the intersection of shapes that are not flat.
+const ROUND_STEPS: usize = 4;
+
+/// What a vertex is moved onto.
+#[derive(Clone, Copy)]
+pub(super) enum Shape {
+    Flat(Plane),
+    Round(Round),
+}
+
+impl Shape {
+    /// Its plane near a point.
+    fn plane(&self, point: DVec3) -> Plane {
+        match self {
+            Self::Flat(plane) => *plane,
+            Self::Round(round) => round.tangent(point),
+        }
+    }
+}
+
 /// New positions, relative to the centre; equal to the old ones where no region has a part.
 pub(super) fn snapped(
     facets: &Facets,
     triangles: &[[u32; 3]],
     positions: &[DVec3],
-    regions: &Regions,
-    planes: &[Plane],
+    (of_triangle, shapes): (&[u32], &[Shape]),
     tolerance_m: f64,
 ) -> Vec<Option<DVec3>> {
-    // The planes at each vertex: regions, and flat triangles at the border of a region.
+    // The shapes at each vertex: regions, and flat triangles at the border of a region.
     let mut around: Vec<(u32, u32)> = Vec::new();
     let mut in_region = vec![false; positions.len()];
     for (triangle, corners) in triangles.iter().enumerate() {
-        let region = regions.of_triangle[triangle];
+        let region = of_triangle[triangle];
         for &vertex in corners {
             if region != NONE {
                 in_region[vertex as usize] = true;
                 around.push((vertex, region));
             } else if !facets.is_rough[triangle] {
-                around.push((vertex, (planes.len() + triangle) as u32));
+                around.push((vertex, (shapes.len() + triangle) as u32));
             }
         }
     }
     around.retain(|(vertex, _)| in_region[*vertex as usize]);
     around.sort_unstable();
     around.dedup();
-    let plane_of = |index: u32| match planes.get(index as usize) {
-        Some(plane) => *plane,
+    let shape_of = |index: u32| match shapes.get(index as usize) {
+        Some(shape) => *shape,
         None => {
-            let triangle = index as usize - planes.len();
+            let triangle = index as usize - shapes.len();
             let normal = facets.normals[triangle];
-            Plane {
+            Shape::Flat(Plane {
                 normal,
                 offset_m: normal.dot(facets.corners[triangle][0]),
-            }
+            })
         }
     };
     let mut moved = vec![None; positions.len()];
     for group in around.chunk_by(|a, b| a.0 == b.0) {
         let vertex = group[0].0 as usize;
         let from = positions[vertex];
-        let mut kept: Vec<Plane> = Vec::new();
+        let mut kept: Vec<(Plane, Shape)> = Vec::new();
         for (_, index) in group {
-            let plane = plane_of(*index);
-            let is_same = |other: &Plane| other.normal.dot(plane.normal).abs() > SAME_COSINE;
+            let shape = shape_of(*index);
+            let plane = shape.plane(from);
+            let is_same =
+                |(other, _): &(Plane, Shape)| other.normal.dot(plane.normal).abs() > SAME_COSINE;
             if !kept.iter().any(is_same) {
-                kept.push(plane);
+                kept.push((plane, shape));
             }
         }
-        let to = nearest(from, &kept);
+        let is_round = kept
+            .iter()
+            .any(|(_, shape)| matches!(shape, Shape::Round(_)));
+        let mut to = from;
+        for _ in 0..if is_round { ROUND_STEPS } else { 1 } {
+            let planes: Vec<Plane> = kept.iter().map(|(_, shape)| shape.plane(to)).collect();
+            to = nearest(to, &planes);
+        }
         if to.distance(from) <= MOST_TOLERANCES * tolerance_m {
             moved[vertex] = Some(to);
         }

@@ -89,7 +89,7 @@ pub(super) fn group(mesh: &TriangleMesh, centre: DVec3) -> Groups {
 
     let fits = |plane: Plane, number: u32| {
         let facet = &facets[number as usize];
-        coplanar(plane, facet.plane.normal)
+        is_parallel(plane.normal, facet.plane.normal)
             && facet
                 .corners
                 .iter()
@@ -191,8 +191,9 @@ pub(in crate::scene) fn canonical(normal: DVec3) -> DVec3 {
     }) + DVec3::ZERO
 }
 
-fn coplanar(plane: Plane, normal: DVec3) -> bool {
-    plane.normal.dot(normal).abs() >= SAME_PLANE_ANGLE_DEG.to_radians().cos()
+/// Whether two unit normals, or opposite ones, differ by [`SAME_PLANE_ANGLE_DEG`] at most.
+pub(in crate::scene) fn is_parallel(a: DVec3, b: DVec3) -> bool {
+    a.dot(b).abs() >= SAME_PLANE_ANGLE_DEG.to_radians().cos()
 }
 
 fn distance_m(plane: Plane, point: DVec3) -> f64 {

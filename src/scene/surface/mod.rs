@@ -20,8 +20,8 @@ pub(in crate::scene) use border::BorderPieces;
 use curved::CurvedSurfaces;
 use grid::Grids;
 pub use grid::INSIDE_TOLERANCE_M;
-pub(super) use group::canonical;
 pub use group::{SAME_PLANE_ANGLE_DEG, SAME_PLANE_DISTANCE_M};
+pub(super) use group::{canonical, is_parallel};
 
 /// A plane figure of one material, not necessarily connected. Lengths in metres, in the coordinates of
 /// [`super::commit::CommittedMesh::vertices`].

@@ -1,5 +1,5 @@
 //! Law *mesh/curved*: the early energy that domes, vaults, bent walls and columns reflect does not depend on their
-//! tessellation, and is that of particles on the finest one.
+//! tessellation nor on noise, and is that of particles on the finest one.
 //!
 //! The oracle shares the scene's rays and the material model's reflection by angle with the crate, nothing of propagation:
 //! particles are reflected by the facets of a mesh whose facets no longer matter, and counted in a ball about the listener.
@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
+use super::mesh_rooms::{add_noise, merge_near};
 use super::rooms::{self, Probe, commit, even};
 use super::{Case, Row};
 use foresound::error::Result;
@@ -29,6 +30,16 @@ const BAND: usize = 4;
 const SPREAD_DB: f64 = 1.5;
 const PARTICLES_DB: f64 = 3.0;
 
+/// Bound in dB of what noise changes.
+const NOISE_DB: f64 = 1.5;
+
+/// Sides of facets in metres, and noise on each vertex along its normal, as a standard deviation in metres.
+const NOISY_M: [f64; 2] = [0.3, 0.1];
+const SIGMAS_M: [f32; 3] = [0.001, 0.005, 0.01];
+
+/// Least distance of two vertices of a noisy mesh relative to the sides: at a dome's pole meridians meet.
+const LEAST_SIDE: f64 = 0.6;
+
 /// A window this far below the loudest one is not compared, in dB.
 const QUIET_DB: f64 = -25.0;
 
@@ -47,7 +58,10 @@ const MATERIAL: [f32; 2] = [0.1, 0.1];
 struct Reflector {
     name: &'static str,
     tessellations: &'static [[usize; 2]],
-    mesh: fn([usize; 2]) -> TriangleMesh,
+    /// Length in metres along both directions of its cells.
+    extent_m: [f64; 2],
+    /// Of the reflector's cells, with flat parts in cells of so many metres.
+    mesh: fn([usize; 2], f64) -> TriangleMesh,
     source: Vec3,
     listener: Vec3,
 }
@@ -56,6 +70,7 @@ const REFLECTORS: [Reflector; 4] = [
     Reflector {
         name: "dome",
         tessellations: &[[6, 18], [10, 30], [16, 48], [30, 90], [72, 216]],
+        extent_m: [5.0 * PI / 2.0, 10.0 * PI],
         mesh: dome,
         source: Vec3::new(0.6, 1.5, 0.3),
         listener: Vec3::new(-0.9, 1.6, -0.8),
@@ -63,6 +78,7 @@ const REFLECTORS: [Reflector; 4] = [
     Reflector {
         name: "barrel vault",
         tessellations: &[[9, 8], [18, 16], [36, 32], [120, 128]],
+        extent_m: [4.0 * PI, 12.0],
         mesh: vault,
         source: Vec3::new(0.7, 1.5, 4.0),
         listener: Vec3::new(-1.1, 1.6, 8.2),
@@ -70,6 +86,7 @@ const REFLECTORS: [Reflector; 4] = [
     Reflector {
         name: "concave back wall",
         tessellations: &[[6, 3], [12, 6], [24, 12], [100, 50]],
+        extent_m: [10.0 * PI / 3.0, 5.0],
         mesh: back_wall,
         source: Vec3::new(2.0, 1.5, 1.0),
         listener: Vec3::new(1.0, 1.6, -2.0),
@@ -77,6 +94,7 @@ const REFLECTORS: [Reflector; 4] = [
     Reflector {
         name: "convex column",
         tessellations: &[[13, 1], [24, 3], [48, 8], [96, 30]],
+        extent_m: [TAU, 6.0],
         mesh: column,
         source: Vec3::new(4.0, 1.5, 0.4),
         listener: Vec3::new(2.8, 1.6, 3.1),
@@ -109,19 +127,28 @@ fn begin() -> TriangleMesh {
     mesh
 }
 
-fn ground(mesh: &mut TriangleMesh, half_m: [f64; 2], middle: DVec3) {
-    patch(mesh, [1, 1], |u, v| {
-        middle
-            + DVec3::new(
-                (2.0 * u - 1.0) * half_m[0],
-                0.0,
-                (2.0 * v - 1.0) * half_m[1],
-            )
-    });
+/// Number of cells of so many metres along a length, at least one.
+fn cells(length_m: f64, cell_m: f64) -> usize {
+    (length_m / cell_m).round().max(1.0) as usize
+}
+
+fn ground(mesh: &mut TriangleMesh, half_m: [f64; 2], middle: DVec3, flat_m: f64) {
+    patch(
+        mesh,
+        half_m.map(|half| cells(2.0 * half, flat_m)),
+        |u, v| {
+            middle
+                + DVec3::new(
+                    (2.0 * u - 1.0) * half_m[0],
+                    0.0,
+                    (2.0 * v - 1.0) * half_m[1],
+                )
+        },
+    );
 }
 
 /// A hemisphere of 5 m on a floor.
-fn dome([rows, columns]: [usize; 2]) -> TriangleMesh {
+fn dome([rows, columns]: [usize; 2], flat_m: f64) -> TriangleMesh {
     let mut mesh = begin();
     let at = |u: f64, v: f64| {
         let (height, turn) = (0.5 * PI * u, TAU * v);
@@ -132,43 +159,45 @@ fn dome([rows, columns]: [usize; 2]) -> TriangleMesh {
         )
     };
     patch(&mut mesh, [rows, columns], at);
-    patch(&mut mesh, [1, columns], |u, v| (1.0 - u) * at(0.0, v));
+    patch(&mut mesh, [cells(5.0, flat_m), columns], |u, v| {
+        (1.0 - u) * at(0.0, v)
+    });
     mesh
 }
 
 /// A half cylinder of 4 m radius and 12 m length on a floor, between two walls.
-fn vault([rows, columns]: [usize; 2]) -> TriangleMesh {
+fn vault([rows, columns]: [usize; 2], flat_m: f64) -> TriangleMesh {
     let mut mesh = begin();
     let at = |u: f64, z: f64| DVec3::new(4.0 * (PI * u).cos(), 4.0 * (PI * u).sin(), z);
     patch(&mut mesh, [rows, columns], |u, v| at(u, 12.0 * v));
     for z in [0.0, 12.0] {
-        patch(&mut mesh, [rows, 1], |u, v| {
+        patch(&mut mesh, [rows, cells(4.0, flat_m)], |u, v| {
             let rim = at(u, z);
             DVec3::new(v * rim.x, v * rim.y, z)
         });
     }
-    ground(&mut mesh, [4.0, 6.0], DVec3::Z * 6.0);
+    ground(&mut mesh, [4.0, 6.0], DVec3::Z * 6.0, flat_m);
     mesh
 }
 
 /// A wall of 10 m radius through 60 degrees, 5 m high, on the ground.
-fn back_wall([columns, rows]: [usize; 2]) -> TriangleMesh {
+fn back_wall([columns, rows]: [usize; 2], flat_m: f64) -> TriangleMesh {
     let mut mesh = begin();
     patch(&mut mesh, [columns, rows], |u, v| {
         let turn = PI / 3.0 * (u - 0.5);
         DVec3::new(10.0 * turn.cos(), 5.0 * v, 10.0 * turn.sin())
     });
-    ground(&mut mesh, [12.0; 2], DVec3::ZERO);
+    ground(&mut mesh, [12.0; 2], DVec3::ZERO, flat_m);
     mesh
 }
 
 /// A column of 1 m radius, 6 m high, on the ground.
-fn column([columns, rows]: [usize; 2]) -> TriangleMesh {
+fn column([columns, rows]: [usize; 2], flat_m: f64) -> TriangleMesh {
     let mut mesh = begin();
     patch(&mut mesh, [columns, rows], |u, v| {
         DVec3::new((TAU * u).cos(), 6.0 * v, (TAU * u).sin())
     });
-    ground(&mut mesh, [12.0; 2], DVec3::ZERO);
+    ground(&mut mesh, [12.0; 2], DVec3::ZERO, flat_m);
     mesh
 }
 
@@ -178,12 +207,12 @@ pub(super) fn rows() -> Result<Vec<Row>> {
         let mut energies: Vec<[f64; 3]> = Vec::new();
         let mut curved = usize::MAX;
         for &cells in reflector.tessellations {
-            let scene = scene(reflector, cells)?;
+            let scene = scene(&(reflector.mesh)(cells, f64::INFINITY))?;
             curved = curved.min(scene.curved_surfaces().len());
             energies.push(heard(&scene, reflector)?);
         }
         let finest = reflector.tessellations[reflector.tessellations.len() - 1];
-        let finest = scene(reflector, finest)?;
+        let finest = scene(&(reflector.mesh)(finest, f64::INFINITY))?;
         let exact = particles(&finest, reflector);
         let mut case = Case::new(format!("mesh/curved: {}", reflector.name));
         case.at_least("curved surfaces found", curved as f64, 1.0, "");
@@ -216,16 +245,52 @@ pub(super) fn rows() -> Result<Vec<Row>> {
             );
         }
         rows.extend(case.rows);
+        let is_heard = exact.map(|energy| 10.0 * (energy / loudest).log10() >= QUIET_DB);
+        for facet_m in NOISY_M {
+            rows.extend(noise(reflector, facet_m, is_heard)?);
+        }
     }
     Ok(rows)
 }
 
-fn scene(reflector: &Reflector, cells: [usize; 2]) -> Result<Arc<Scene>> {
+/// What noise on the vertices changes with facets of one size.
+fn noise(reflector: &Reflector, facet_m: f64, is_heard: [bool; 3]) -> Result<Vec<Row>> {
+    let counts = reflector.extent_m.map(|length_m| cells(length_m, facet_m));
+    let mut clean = (reflector.mesh)(counts, facet_m);
+    merge_near(&mut clean, LEAST_SIDE * facet_m);
+    let before = heard(&scene(&clean)?, reflector)?;
+    let mut rows = Vec::new();
+    for sigma_m in SIGMAS_M {
+        let mut mesh = clean.clone();
+        add_noise(&mut mesh, sigma_m, 1);
+        let scene = scene(&mesh)?;
+        let after = heard(&scene, reflector)?;
+        let (facet_cm, sigma_mm) = (100.0 * facet_m, 1000.0 * sigma_m);
+        let name = reflector.name;
+        let name = format!("mesh/curved: {name}, {facet_cm:.0} cm, {sigma_mm:.0} mm");
+        let mut case = Case::new(name);
+        let found = scene.curved_surfaces().len();
+        case.at_most(
+            "curved surfaces, from one",
+            found.abs_diff(1) as f64,
+            0.0,
+            "",
+        );
+        for (window, [from_s, to_s]) in WINDOWS_S.into_iter().enumerate() {
+            if is_heard[window] {
+                let off_db = 10.0 * (after[window] / before[window]).log10();
+                let name = format!("{:.0} to {:.0} ms", 1000.0 * from_s, 1000.0 * to_s);
+                case.at_most(&name, off_db.abs(), NOISE_DB, "dB");
+            }
+        }
+        rows.extend(case.rows);
+    }
+    Ok(rows)
+}
+
+fn scene(mesh: &TriangleMesh) -> Result<Arc<Scene>> {
     let [absorption, scattering] = MATERIAL;
-    commit(
-        &(reflector.mesh)(cells),
-        vec![even("wall", absorption, scattering)],
-    )
+    commit(mesh, vec![even("wall", absorption, scattering)])
 }
 
 /// Energy in the windows without the direct sound, in the mean over positions in the ball.

@@ -169,6 +169,36 @@ impl BlockRoom {
     }
 }
 
+/// Merges each vertex with an earlier one nearer than `least_m`, and drops what then has no area.
+pub(super) fn merge_near(mesh: &mut TriangleMesh, least_m: f64) {
+    let least_m = least_m as f32;
+    let mut kept: Vec<Vec3> = Vec::new();
+    let mut in_cell: HashMap<IVec3, Vec<u32>> = HashMap::new();
+    let mut target = Vec::with_capacity(mesh.vertices.len());
+    for vertex in &mesh.vertices {
+        let cell = (*vertex / least_m).floor().as_ivec3();
+        let around = (0..27).map(|n| cell + IVec3::new(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1));
+        let mut near = around.filter_map(|c| in_cell.get(&c)).flatten();
+        let is_near = |&&other: &&u32| kept[other as usize].distance(*vertex) < least_m;
+        target.push(near.find(is_near).copied().unwrap_or_else(|| {
+            kept.push(*vertex);
+            let number = kept.len() as u32 - 1;
+            in_cell.entry(cell).or_default().push(number);
+            number
+        }));
+    }
+    mesh.vertices = kept;
+    let triangles = std::mem::take(&mut mesh.triangles);
+    let materials = std::mem::take(&mut mesh.triangle_materials);
+    for (triangle, material) in triangles.into_iter().zip(materials) {
+        let [a, b, c] = triangle.map(|v| target[v as usize]);
+        if a != b && b != c && c != a {
+            mesh.triangles.push([a, b, c]);
+            mesh.triangle_materials.push(material);
+        }
+    }
+}
+
 /// Moves every vertex along its normal by a normal distribution of `sigma_m`.
 pub(super) fn add_noise(mesh: &mut TriangleMesh, sigma_m: f32, seed: u64) {
     let mut normals = vec![Vec3::ZERO; mesh.vertices.len()];

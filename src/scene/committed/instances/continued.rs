@@ -2,7 +2,7 @@
 
 use crate::geometry::Aabb;
 use crate::scene::committed::instances::numbering;
-use crate::scene::surface::{SAME_PLANE_ANGLE_DEG, SAME_PLANE_DISTANCE_M, Surface};
+use crate::scene::surface::{SAME_PLANE_DISTANCE_M, Surface, is_parallel};
 
 /// Pairs among the largest surfaces of a scene, and those surfaces with each pair in one.
 #[derive(Debug, Clone, Default)]
@@ -50,6 +50,16 @@ impl ContinuedSurfaces {
         Some(if pair[0] == surface { pair[1] } else { pair[0] })
     }
 
+    /// The surface that both of a pair are named by: the fixed part's.
+    pub(super) fn name(&self, surface: u32) -> u32 {
+        let pair = self.pairs.iter().find(|pair| pair[1] == surface);
+        pair.map_or(surface, |pair| pair[0])
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.pairs.is_empty()
+    }
+
     /// The largest surfaces with pairs in one, if there is any pair.
     pub(super) fn merged(&self) -> Option<&[(u32, Surface)]> {
         (!self.pairs.is_empty()).then_some(&self.merged)
@@ -70,6 +80,6 @@ fn is_one_plane(a: &Surface, b: &Surface) -> bool {
     let middle = (0.5 * (box_of_b.min + box_of_b.max)).as_dvec3();
     // The middle of the box of a plane surface lies in its plane.
     a.material == b.material
-        && a.normal.dot(b.normal).abs() >= SAME_PLANE_ANGLE_DEG.to_radians().cos()
+        && is_parallel(a.normal, b.normal)
         && a.distance_m(middle).abs() <= SAME_PLANE_DISTANCE_M
 }

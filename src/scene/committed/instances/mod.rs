@@ -12,6 +12,7 @@
 
 mod changes;
 mod continued;
+mod continued_queries;
 mod joined;
 mod joint;
 mod materials;
@@ -462,6 +463,12 @@ impl Scene {
         let mut large = std::mem::take(&mut self.instances.large);
         large.clear();
         large.extend_from_slice(self.edges().large_surfaces());
+        large.extend(
+            self.instances
+                .fixed
+                .iter()
+                .flat_map(PlacedInstance::raised_surfaces),
+        );
         for placed in self.instances.placed() {
             let own = placed.part.edges().large_surfaces().iter().copied();
             let own = own.chain(placed.raised_surfaces());

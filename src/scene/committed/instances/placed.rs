@@ -183,7 +183,7 @@ impl PlacedInstance {
     }
 
     #[inline]
-    fn is_fixed(&self) -> bool {
+    pub(super) fn is_fixed(&self) -> bool {
         self.pose.id.slot() == FIXED
     }
 
@@ -368,7 +368,8 @@ impl PlacedInstance {
         self.part.reflects_at(local, point) || self.is_in_raised_piece(local, point)
     }
 
-    fn is_in_raised_piece(&self, local: u32, point: DVec3) -> bool {
+    /// Whether a raised border piece of a surface has a point, both in the part's numbers and coordinates.
+    pub(super) fn is_in_raised_piece(&self, local: u32, point: DVec3) -> bool {
         let Some(joint) = self.joint.as_ref().filter(|joint| !joint.raised.is_empty()) else {
             return false;
         };
@@ -383,9 +384,13 @@ impl PlacedInstance {
     /// Whether a triangle of the part is of a panel.
     #[inline]
     pub(super) fn is_panel(&self, local: u32) -> bool {
-        let piece = || self.part.surface_set().border().of_triangle(local);
-        self.part.is_panel(local)
-            || self.joint.is_some() && piece().is_some_and(|piece| self.is_raised(piece))
+        self.part.is_panel(local) || self.joint.is_some() && self.is_of_raised_piece(local)
+    }
+
+    /// Whether a triangle of the part is of a raised border piece.
+    pub(super) fn is_of_raised_piece(&self, local: u32) -> bool {
+        let piece = self.part.surface_set().border().of_triangle(local);
+        piece.is_some_and(|piece| self.is_raised(piece))
     }
 
     /// An edge by its number in the part, as joining has left it, in the scene's coordinates.

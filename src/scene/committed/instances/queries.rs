@@ -411,12 +411,6 @@ impl Scene {
         choose(&self.edge(index), named)
     }
 
-    /// The other one of two large surfaces in one plane of which the fixed part has one and joined parts the other.
-    #[inline]
-    pub fn continued_by(&self, surface: u32) -> Option<u32> {
-        self.instances.continued.other(surface)
-    }
-
     /// Distance in metres from a point of a surface to the nearest edge that it ends at, if that is below `within_m`. Edges
     /// at which another surface continues it on the normal's side (`in_front`) or on the other do not count there.
     #[inline]

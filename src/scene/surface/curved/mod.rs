@@ -52,7 +52,7 @@ const LEAST_COMBINED: f64 = 0.01;
 const PRESERVED_M: f64 = 5e-3;
 
 /// Most curved surfaces of a scene, the largest ones; others stay facets.
-const MOST_CURVED: usize = 32;
+const MOST_CURVED: usize = 128;
 
 /// One curved surface, in local coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]

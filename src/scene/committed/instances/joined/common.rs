@@ -11,7 +11,9 @@ use glam::{DVec3, Vec3};
 
 use crate::scene::committed::instances::numbering;
 use crate::scene::surface::key::{instance_key, key};
-use crate::scene::surface::{SAME_PLANE_ANGLE_DEG, SAME_PLANE_DISTANCE_M, Surface, canonical};
+use crate::scene::surface::{
+    SAME_PLANE_ANGLE_DEG, SAME_PLANE_DISTANCE_M, Surface, canonical, is_parallel,
+};
 
 /// Edge of a search cell for components of normals and for offsets in metres: several tolerances.
 const NORMAL_CELL: f64 = 0.03;
@@ -125,8 +127,7 @@ impl CommonSurfaces {
         let found = self.find(normal, offset_m, |index, common| {
             taken.push(common.surface.key);
             let fits = common.surface.material == own.material
-                && common.surface.normal.dot(normal).abs()
-                    >= SAME_PLANE_ANGLE_DEG.to_radians().cos()
+                && is_parallel(common.surface.normal, normal)
                 && common.member(slot).is_none()
                 && corners
                     .iter()

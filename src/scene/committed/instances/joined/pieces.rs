@@ -9,11 +9,12 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::Neighbours;
-use super::rims::has_panel_at;
+use super::rims::triangle_in_plane;
 use crate::geometry::Aabb;
 use crate::scene::committed::instances::Instances;
 use crate::scene::committed::instances::numbering::FIXED;
 use crate::scene::committed::instances::placed::PlacedInstance;
+use crate::scene::surface::{SAME_PLANE_DISTANCE_M, is_parallel};
 
 /// Distance in metres from the outline of a piece at which another one begins.
 const ASIDE_M: f64 = 0.01;
@@ -156,7 +157,12 @@ impl<'a> Search<'a> {
                 continue;
             };
             let pieces = placed.part.surface_set().border().as_slice();
+            // Surfaces of the fixed part have no common numbers.
+            let with_fixed = at == FIXED || part.is_fixed();
             let is_common = |piece: &u32| {
+                if with_fixed {
+                    return true;
+                }
                 let number = placed.surface_number(pieces[*piece as usize].surface);
                 numbers.contains(&number)
             };
@@ -228,31 +234,51 @@ impl<'a> Search<'a> {
         piece: u32,
         other: usize,
     ) -> (bool, Vec<(u32, bool)>) {
-        let mut touched = Vec::new();
+        let none = (false, Vec::new());
         let surface = placed.part.surface_set().border().as_slice()[piece as usize].surface;
-        let number = placed.surface_number(surface);
-        let found = self.instances.at(other);
-        if let Some(fixed) = found.filter(|_| other == FIXED) {
-            let own = &placed.surfaces[surface as usize];
-            let is_on_panel = |at| has_panel_at(fixed, own, at, own.normal.as_vec3());
-            return (placed.points_beside(piece).any(is_on_panel), touched);
-        }
-        let found = found.zip(self.instances.member(number, other));
-        let Some((part, member)) = found else {
-            return (false, touched);
+        let Some(part) = self.instances.at(other) else {
+            return none;
         };
         let [low, high] = placed.bounds_of_piece(piece);
         let is_near = |[from, to]: [DVec3; 2]| {
             from.cmple(high + ASIDE_M).all() && to.cmpge(low - ASIDE_M).all()
         };
         if !is_near([part.bounds.min, part.bounds.max].map(|corner| corner.as_dvec3())) {
-            return (false, touched);
+            return none;
         }
         let set = part.part.surface_set();
+        let pieces = set.border().as_slice();
         let mut points = placed.points_beside(piece);
-        let touches_panel = set.surfaces[member.local as usize].panel_triangle_count > 0
-            && points.any(|point| part.part.reflects_at(member.local, part.point(point)));
-        for next in set.border().of_surface(member.local) {
+        // Surfaces of the fixed part have no common numbers: planes and materials are compared.
+        let (touches_panel, candidates) = if other == FIXED || placed.is_fixed() {
+            let own = &placed.surfaces[surface as usize];
+            let is_on_panel = |at: DVec3| {
+                let triangle = triangle_in_plane(part, own, at, own.normal.as_vec3());
+                triangle.is_some_and(|triangle| part.part.is_panel(triangle))
+            };
+            let is_same = |next: &u32| {
+                let surface = &part.surfaces[pieces[*next as usize].surface as usize];
+                let [low, high] = part.bounds_of_piece(*next);
+                surface.material == own.material
+                    && is_parallel(surface.normal, own.normal)
+                    && own.distance_m(0.5 * (low + high)).abs() <= SAME_PLANE_DISTANCE_M
+            };
+            let same: Vec<u32> = part.border().filter(is_same).collect();
+            (points.any(is_on_panel), same)
+        } else {
+            let number = placed.surface_number(surface);
+            let Some(member) = self.instances.member(number, other) else {
+                return none;
+            };
+            let touches_panel = set.surfaces[member.local as usize].panel_triangle_count > 0
+                && points.any(|point| part.part.reflects_at(member.local, part.point(point)));
+            (
+                touches_panel,
+                set.border().of_surface(member.local).collect(),
+            )
+        };
+        let mut touched = Vec::new();
+        for next in candidates {
             if !is_near(part.bounds_of_piece(next)) {
                 continue;
             }

@@ -11,7 +11,7 @@ use crate::scene::committed::instances::numbering::FIXED;
 use crate::scene::committed::instances::placed::PlacedInstance;
 use crate::scene::edges::FreeBoundary;
 use crate::scene::surface::finite_panel::is_free;
-use crate::scene::surface::{SAME_PLANE_ANGLE_DEG, Surface};
+use crate::scene::surface::{Surface, is_parallel};
 
 /// Distance in metres from another part's bounds within which it may continue a surface.
 pub(super) const REACH_M: f64 = 0.05;
@@ -140,14 +140,22 @@ fn goes_on(
 }
 
 /// Whether a part has a panel in the plane and of the material of another one's surface at a point, in the scene's coordinates.
-pub(super) fn has_panel_at(part: &PlacedInstance, surface: &Surface, at: DVec3, up: Vec3) -> bool {
+fn has_panel_at(part: &PlacedInstance, surface: &Surface, at: DVec3, up: Vec3) -> bool {
+    let found = triangle_in_plane(part, surface, at, up);
+    found.is_some_and(|triangle| part.is_panel(triangle))
+}
+
+/// A part's triangle in the plane and of the material of another one's surface at a point, in the scene's coordinates.
+pub(super) fn triangle_in_plane(
+    part: &PlacedInstance,
+    surface: &Surface,
+    at: DVec3,
+    up: Vec3,
+) -> Option<u32> {
     let [above, below] = [1.0, -1.0].map(|side| (at + side * ASIDE_M * up.as_dvec3()).as_vec3());
     let ray = part.ray(&Ray::between(above, below));
-    let hit = part.part.bvh().closest_hit(&ray, [NO_GROUP; 2]);
-    hit.is_some_and(|hit| {
-        let own = &part.surfaces[hit.group as usize];
-        own.material == surface.material
-            && own.normal.dot(surface.normal).abs() >= SAME_PLANE_ANGLE_DEG.to_radians().cos()
-            && part.is_panel(hit.triangle)
-    })
+    let hit = part.part.bvh().closest_hit(&ray, [NO_GROUP; 2])?;
+    let own = &part.surfaces[hit.group as usize];
+    (own.material == surface.material && is_parallel(own.normal, surface.normal))
+        .then_some(hit.triangle)
 }
