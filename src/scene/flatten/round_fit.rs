@@ -38,17 +38,13 @@ pub(super) type Weighted = (DVec3, f64);
 
 impl Round {
     /// A sphere and a cylinder through points about a plane: of their least squared heights by a polynomial of second order.
-    pub(super) fn near_plane(
-        points: impl Iterator<Item = Weighted>,
-        fit: &Fit,
-        middle: DVec3,
-    ) -> Option<[Self; 2]> {
+    pub(super) fn near_plane(points: &[Weighted], fit: &Fit, middle: DVec3) -> Option<[Self; 2]> {
         let normal = fit.plane.normal;
         let u = normal.any_orthonormal_vector();
         let v = normal.cross(u);
         let scale_m = fit.extent_m[1].max(1e-9);
         let (mut system, mut right) = ([[0.0; 6]; 6], [0.0; 6]);
-        for (point, weight) in points {
+        for &(point, weight) in points {
             let out = (point - middle) / scale_m;
             let (x, y) = (out.dot(u), out.dot(v));
             let terms = [1.0, x, y, x * x, x * y, y * y];
@@ -127,13 +123,10 @@ impl Round {
     }
 
     /// The shape of least squared distances near this one, and their standard deviation in metres.
-    pub(super) fn fitted<I: Iterator<Item = Weighted>>(
-        mut self,
-        points: impl Fn() -> I,
-    ) -> (Self, f64) {
+    pub(super) fn fitted(mut self, points: &[Weighted]) -> (Self, f64) {
         let mut best = (self, f64::INFINITY);
         for _ in 0..STEPS {
-            let (step, deviation_m, extent_m) = self.step(points());
+            let (step, deviation_m, extent_m) = self.step(points);
             // Behind the least deviation a step has gone too far.
             let gained_m = best.1 - deviation_m;
             if gained_m > 0.0 {
@@ -149,11 +142,11 @@ impl Round {
     }
 
     /// A step towards the least squared distances, the standard deviation of the distances, and the points' extent.
-    fn step(&self, points: impl Iterator<Item = Weighted>) -> (Option<[f64; UNKNOWNS]>, f64, f64) {
+    fn step(&self, points: &[Weighted]) -> (Option<[f64; UNKNOWNS]>, f64, f64) {
         let tangents = self.tangents();
         let (mut system, mut right) = ([[0.0; UNKNOWNS]; UNKNOWNS], [0.0; UNKNOWNS]);
         let (mut weights, mut squares, mut extent) = (0.0, 0.0, 0.0);
-        for (point, weight) in points {
+        for &(point, weight) in points {
             let out = point - self.at;
             let across = self.across(point);
             let (distance_m, root) = self.distance_and_root(across);
@@ -230,9 +223,9 @@ mod tests {
     fn fits(triangles: &[[DVec3; 3]]) -> [(Round, f64); 2] {
         let mut moments = Moments::NONE;
         triangles.iter().for_each(|t| moments.add(t, 0.005));
-        let points = || triangles.iter().flatten().map(|p| (*p, 0.005));
-        let near = Round::near_plane(points(), &moments.fit(), moments.middle());
-        near.expect("a patch").map(|shape| shape.fitted(points))
+        let points: Vec<Weighted> = triangles.iter().flatten().map(|p| (*p, 0.005)).collect();
+        let near = Round::near_plane(&points, &moments.fit(), moments.middle());
+        near.expect("a patch").map(|shape| shape.fitted(&points))
     }
 
     #[test]

@@ -68,6 +68,9 @@ struct Search<'a> {
     pass: u32,
     /// By vertex: its distance from a shape, the sum of its neighbours', and their number.
     distances: Vec<(f64, f64, u32)>,
+    /// By vertex: the last list that has it, and its place there.
+    places: Vec<(u32, u32)>,
+    lists: u32,
 }
 
 /// A shape, its triangles, and the standard deviation of their corners.
@@ -96,6 +99,8 @@ pub(super) fn find(
         visited: vec![0; facets.len()],
         pass: 0,
         distances: vec![(0.0, 0.0, 0); vertices],
+        places: vec![(0, 0); vertices],
+        lists: 0,
     };
     let mut found = RoundRegions {
         shapes: Vec::new(),
@@ -183,11 +188,23 @@ impl RoundRegions {
 }
 
 impl Search<'_> {
-    fn points<'a>(&'a self, members: &'a [u32]) -> impl Iterator<Item = Weighted> + 'a {
-        members.iter().flat_map(|&triangle| {
-            let weight = self.facets.areas_m2[triangle as usize] / 3.0;
-            self.facets.corners[triangle as usize].map(|corner| (corner, weight))
-        })
+    /// The vertices of triangles, each with a third of the area of those that have it.
+    fn points(&mut self, members: &[u32]) -> Vec<Weighted> {
+        self.lists += 1;
+        let mut points: Vec<Weighted> = Vec::new();
+        for &triangle in members {
+            let at = triangle as usize;
+            let weight = self.facets.areas_m2[at] / 3.0;
+            for (corner, vertex) in self.facets.corners[at].iter().zip(self.triangles[at]) {
+                let place = &mut self.places[vertex as usize];
+                if place.0 != self.lists {
+                    *place = (self.lists, points.len() as u32);
+                    points.push((*corner, 0.0));
+                }
+                points[place.1 as usize].1 += weight;
+            }
+        }
+        points
     }
 
     fn moments(&self, members: &[u32]) -> Moments {
@@ -228,7 +245,8 @@ impl Search<'_> {
         if near.len() < NEIGHBOURHOOD[1] {
             return Vec::new();
         }
-        let shapes = self.shapes_of(near);
+        let points = self.points(near);
+        let shapes = self.shapes_of(near, &points);
         // A shape without noise is exact, and then any other one is wrong.
         if shapes.iter().any(|(_, sigma_m)| *sigma_m <= FLAT_M) {
             return Vec::new();
@@ -244,10 +262,9 @@ impl Search<'_> {
     }
 
     /// The sphere and the cylinder through some triangles, with the corners' standard deviations.
-    fn shapes_of(&self, members: &[u32]) -> Vec<(Round, f64)> {
+    fn shapes_of(&self, members: &[u32], points: &[Weighted]) -> Vec<(Round, f64)> {
         let moments = self.moments(members);
-        let points = || self.points(members);
-        let near = Round::near_plane(points(), &moments.fit(), moments.middle());
+        let near = Round::near_plane(points, &moments.fit(), moments.middle());
         let shapes = near.into_iter().flatten();
         shapes.map(|shape| shape.fitted(points)).collect()
     }
@@ -277,13 +294,13 @@ impl Search<'_> {
         let (mut shape, mut sigma_m) = (shape, sigma_m);
         let mut members = self.flood(seed, &mut shape, &mut sigma_m, true)?;
         for _ in 0..ROUNDS {
-            (shape, sigma_m) = shape.fitted(|| self.points(&members));
+            (shape, sigma_m) = shape.fitted(&self.points(&members));
             if !self.is_rough(&shape, sigma_m) {
                 break;
             }
             members = self.flood(seed, &mut shape, &mut sigma_m, false)?;
         }
-        let (shape, sigma_m) = shape.fitted(|| self.points(&members));
+        let (shape, sigma_m) = shape.fitted(&self.points(&members));
         let area_m2 = members.iter().map(|&t| self.facets.areas_m2[t as usize]);
         Some(Region {
             area_m2: area_m2.sum(),
@@ -350,9 +367,10 @@ impl Search<'_> {
     }
 
     /// The shape of more triangles. While they are nearly flat its axis may have been that of noise.
-    fn followed(&self, shape: &Round, members: &[u32]) -> (Round, f64) {
-        let own = shape.fitted(|| self.points(members));
-        let anew = self.shapes_of(members).into_iter();
+    fn followed(&mut self, shape: &Round, members: &[u32]) -> (Round, f64) {
+        let points = self.points(members);
+        let own = shape.fitted(&points);
+        let anew = self.shapes_of(members, &points).into_iter();
         let alike = anew.filter(|(other, _)| other.is_sphere() == shape.is_sphere());
         alike.fold(
             own,
