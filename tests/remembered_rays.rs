@@ -285,12 +285,7 @@ fn a_change_of_any_dependency_has_rays_cast_again() {
                       viewpoints: &VisibilityCells| {
         let (mut scratch, mut rays) = (RayScratch::with_capacity(1024), 0);
         estimator.cast_rays(&scene, from, &mut scratch, &mut rays);
-        estimator.test_visibility(
-            (&scene, from.field),
-            [from.origin, listener],
-            viewpoints,
-            &mut rays,
-        );
+        estimator.test_visibility(&scene, [from.origin, listener], viewpoints, &mut rays);
         let mut heard = ListenerField::default();
         heard.renew(&scene, &field, listener.as_vec3(), viewpoints, 0);
         let late = estimator.estimate(&scene, &field, &heard, id);
@@ -384,7 +379,7 @@ fn cached_rays_among_parts_find_the_same_hits_as_new_ones() {
                 let (mut scratch, mut rays) = (RayScratch::with_capacity(1024), 0);
                 estimator.cast_rays(&scene, &from, &mut scratch, &mut rays);
                 let ends = [from.origin, scene.to_local(ear)];
-                estimator.test_visibility((&scene, &field), ends, &viewpoints, &mut rays);
+                estimator.test_visibility(&scene, ends, &viewpoints, &mut rays);
                 let late = estimator.estimate(&scene, &field, &heard, SourceId::new(0, 0));
                 (late, estimator.sequences(0).collect::<Vec<_>>(), rays)
             };

@@ -36,9 +36,6 @@ use query::SourceQuery;
 /// leaves one of its ray origins every tenth of a second.
 const MAX_CAST_ROTATIONS: usize = 1;
 
-/// The same while it passes an opening and most rotations were cast in another room: all are cast within six updates.
-const MAX_CAST_NEAR_OPENING: usize = 3;
-
 /// Most rotations that a source recasts in one update after a jump: none of those cast elsewhere counts.
 const CAST_AFTER_JUMP: usize = 1;
 
@@ -315,7 +312,6 @@ impl SourceTask {
                     (false, None) if missing > 0 => CAST_AFTER_JUMP,
                     (false, Some(_)) if missing > 0 => ROTATIONS as usize,
                     (false, _) => 1,
-                    (true, None) if self.late.lacks_rotations() => MAX_CAST_NEAR_OPENING,
                     (true, None) => MAX_CAST_ROTATIONS,
                     (true, Some(_)) => most_cast,
                 };
@@ -326,11 +322,6 @@ impl SourceTask {
                     let from = offset.map_or(source, |offset| source + offset);
                     let source_rays = SourceRays {
                         origin: match moves {
-                            // An update with nearby paths casts all rotations whose origins are left.
-                            true if points.is_none() && context.nearby_m.is_none() => {
-                                let field = context.scene_field;
-                                self.late.stable_origin(scene, field, (from, turn), rays)
-                            }
                             true => stable_viewpoint(scene, from, turn, rays),
                             false => from,
                         },
@@ -351,12 +342,8 @@ impl SourceTask {
                         break;
                     }
                 }
-                self.late.test_visibility(
-                    (scene, context.scene_field),
-                    [source, listener],
-                    cells,
-                    rays,
-                );
+                self.late
+                    .test_visibility(scene, [source, listener], cells, rays);
                 match is_audible {
                     true => self
                         .late

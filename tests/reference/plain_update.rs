@@ -281,17 +281,10 @@ impl PlainPropagator {
             .is_some_and(|last| last != origin);
         let directions = lattice(settings.source_rays);
         let mut scratch = RayScratch::with_capacity(1 << 16);
-        let mut left = match moves && state.late.lacks_rotations() {
-            true => 3,
-            false => 1,
-        };
         for turn in update..update + ROTATIONS {
             let rays = SourceRays {
                 origin: match moves {
-                    true => {
-                        let at = (origin, turn);
-                        state.late.stable_origin(&scene, &self.field, at, &mut 0)
-                    }
+                    true => stable_viewpoint(&scene, origin, turn, &mut 0),
                     false => origin,
                 },
                 offset: DVec3::ZERO,
@@ -309,14 +302,13 @@ impl PlainPropagator {
             let is_new = before != Some(rays.origin);
             state.late.invalidate_rays();
             state.late.cast_rays(&scene, &rays, &mut scratch, &mut 0);
-            left -= usize::from(is_new || !moves);
-            if left == 0 {
+            if is_new || !moves {
                 break;
             }
         }
         state
             .late
-            .test_visibility((&scene, &self.field), [origin, ear], &viewpoints, &mut 0);
+            .test_visibility(&scene, [origin, ear], &viewpoints, &mut 0);
         let mut field = ListenerField::default();
         field.renew(&scene, &self.field, ear.as_vec3(), &viewpoints, 0);
         result.late_groups = field.groups;

@@ -34,7 +34,6 @@ mod packed_sequences;
 mod patches;
 mod ray_statistics;
 mod sample_search;
-mod shared_view;
 mod slowest_decay;
 pub mod source_rays;
 mod specular_legs;
@@ -58,7 +57,6 @@ use crate::propagation::diffuse::deposits::{Deposit, DepositSums};
 use crate::propagation::diffuse::envelope::{ArrivalHistogram, STEPS_PER_FREE_TIME};
 use crate::propagation::diffuse::next_event::{SecondarySources, SourceView};
 use crate::propagation::diffuse::packed_sequences::PackedSequences;
-use crate::propagation::diffuse::shared_view::SharedView;
 use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
 use crate::propagation::diffuse::trace::TraceBuffers;
 use crate::propagation::image_source::sequence::Sequence;
@@ -72,21 +70,6 @@ use crate::scene::{Scene, SourceId};
 /// are nearer to its centre.
 const SAME_POSITION_M: f64 = 0.7 * visibility_cells::SOURCE_CELLS_M[0] as f64;
 const MIN_ROTATIONS: usize = 6;
-
-/// The same near an opening, where cells are smaller.
-const SAME_POSITION_NEAR_OPENING_M: f64 = 0.7 * visibility_cells::SOURCE_CELLS_M[1] as f64;
-
-/// Factor of a rotation from which on its origin sees much the same as the source, and number of such rotations from which on no more
-/// are cast than elsewhere.
-const ALIKE: f32 = 0.25;
-const ENOUGH_ROTATIONS: usize = 14;
-
-/// Exponent of the share of what source and origin both see, which is a rotation's factor: with 2, and one rotation cast in an
-/// update, walks through a door were up to 0.6 dB further off.
-const SHARED_EXPONENT: i32 = 4;
-
-/// Least factor of a rotation whose origin sees nothing of what the source sees: it counts only where there is no other.
-const LEAST_SHARED: f32 = 1e-3;
 
 /// Share of the most energy at a patch below which what arrives may have passed a wall.
 const TRANSMITTED: f32 = 1e-3;
@@ -109,8 +92,6 @@ struct RotationEntry {
     is_contradicted: bool,
     /// The source's centre when the rays were traced, local coordinates.
     origin: DVec3,
-    /// Whether the rays start at the source's centre or at a point for it.
-    is_point: bool,
     cached: CachedRays,
     secondary: SecondarySources,
 }
@@ -167,9 +148,6 @@ pub struct LateEstimator {
     weights: [f32; ROTATIONS as usize],
     /// Whether a rotation has results that are not in `sum`.
     has_new_rays: bool,
-    /// What the source sees, and a factor of each rotation's weight: how much of it its origin sees.
-    view: SharedView,
-    shared: [f32; ROTATIONS as usize],
     /// Increases whenever `sum` changes.
     version: u64,
     /// The latest estimate and what it holds for.
@@ -191,8 +169,6 @@ impl Default for LateEstimator {
             sum: DepositSums::default(),
             weights: [0.0; ROTATIONS as usize],
             has_new_rays: false,
-            view: SharedView::default(),
-            shared: [1.0; ROTATIONS as usize],
             version: 0,
             latest: None,
             source: DVec3::ZERO,
@@ -238,60 +214,17 @@ impl LateEstimator {
         self.has_new_rays |= is_new || !entry.filled;
         entry.filled = true;
         entry.origin = from.origin - from.offset;
-        entry.is_point = from.offset == DVec3::ZERO;
         if is_new {
             self.drop_what_is_wrong(index);
         }
         is_new
     }
 
-    /// Where the rays of a rotation of a moving source start: a point near it, constant within a cell. Local coordinates. Adds
-    /// the rays cast to `rays`.
-    pub fn stable_origin(
-        &mut self,
-        scene: &Scene,
-        field: &SceneField,
-        (source, turn): (DVec3, u64),
-        rays: &mut u64,
-    ) -> DVec3 {
-        self.view.renew(scene, field, source.as_vec3(), rays);
-        self.view.origin(scene, source, turn, rays)
-    }
-
-    /// Whether the source is near an opening and few rotations were cast from where as much is seen.
-    pub fn lacks_rotations(&self) -> bool {
-        let alike = self.shared.iter().zip(&self.entries);
-        let alike = alike.filter(|(shared, entry)| entry.filled && **shared >= ALIKE);
-        self.view.is_near_opening() && alike.count() < ENOUGH_ROTATIONS
-    }
-
-    /// Finds how much of what a source without extent sees is seen from the rotations' origins.
-    fn find_shared(&mut self, scene: &Scene, field: &SceneField, rays: &mut u64) {
-        let source = self.source;
-        let is_elsewhere =
-            |entry: &RotationEntry| entry.filled && entry.origin != source && entry.is_point;
-        if !self.entries.iter().any(is_elsewhere) {
-            self.shared = [1.0; ROTATIONS as usize];
-            return;
-        }
-        self.view.renew(scene, field, source.as_vec3(), rays);
-        for (index, (entry, shared)) in self.entries.iter().zip(&mut self.shared).enumerate() {
-            *shared = match is_elsewhere(entry) {
-                true => {
-                    let origin = entry.origin.as_vec3();
-                    let share = self.view.of(scene, field, index, origin, rays);
-                    share.powi(SHARED_EXPONENT).max(LEAST_SHARED)
-                }
-                false => 1.0,
-            };
-        }
-    }
-
     /// Connects all rotations to a listener, for [`Self::estimate`]. Source and listener are in local
     /// coordinates. Adds the rays cast to `rays`.
     pub fn test_visibility(
         &mut self,
-        (scene, field): (&Scene, &SceneField),
+        scene: &Scene,
         [source, listener]: [DVec3; 2],
         viewpoints: &VisibilityCells,
         rays: &mut u64,
@@ -308,7 +241,6 @@ impl LateEstimator {
             }
         }
         self.source = source;
-        self.find_shared(scene, field, rays);
         self.nearest_s = source.distance(listener) / scene.speed_of_sound_m_s();
         self.listener = listener.as_vec3();
     }
@@ -429,10 +361,7 @@ impl LateEstimator {
         let weights = std::array::from_fn(|index| {
             let entry = &self.entries[index];
             match entry.filled {
-                true => {
-                    let distance_m = entry.origin.distance(self.source);
-                    self.shared[index] * weight(distance_m, reach_m) as f32
-                }
+                true => weight(entry.origin.distance(self.source), reach_m) as f32,
                 false => 0.0,
             }
         });
@@ -458,12 +387,8 @@ impl LateEstimator {
         }
         distances.sort_unstable_by(f64::total_cmp);
         let enough = distances[MIN_ROTATIONS - 1];
-        let near_m = match self.view.is_near_opening() {
-            true => SAME_POSITION_NEAR_OPENING_M,
-            false => SAME_POSITION_M,
-        };
         match enough.is_finite() {
-            true => enough.max(near_m),
+            true => enough.max(SAME_POSITION_M),
             false => f64::INFINITY,
         }
     }

@@ -73,17 +73,12 @@ impl VisibilityCells {
 /// A viewpoint near a position and visible from it, constant within a cell, one per rotation; local coordinates. Adds the
 /// rays cast to `rays`.
 pub fn stable_viewpoint(scene: &Scene, source: DVec3, rotation: u64, rays: &mut u64) -> DVec3 {
-    let group = group_of(rotation);
+    let group = (rotation % ROTATIONS) as usize * GROUPS_PER_ROTATION;
     find_viewpoint(scene, source.as_vec3(), group, &SOURCE_CELLS_M, rays).as_dvec3()
 }
 
-/// The group whose grid a rotation's origins are on.
-pub(super) fn group_of(rotation: u64) -> usize {
-    (rotation % ROTATIONS) as usize * GROUPS_PER_ROTATION
-}
-
 /// The centre of the largest of a group's cells, of the edge lengths `cells_m`, that is visible from a position.
-pub(super) fn find_viewpoint(
+fn find_viewpoint(
     scene: &Scene,
     position: Vec3,
     group: usize,
