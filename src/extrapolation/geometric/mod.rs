@@ -101,6 +101,8 @@ pub(crate) struct GeometricPredictor {
     /// Of the next frame, and of this one.
     next_effort: FrameEffort,
     effort: FrameEffort,
+    /// Whether instances have moved since the newest update.
+    has_moved: bool,
     set: CandidateSet,
     history: ListenerHistory,
     scheduler: VisibilityScheduler,
@@ -122,6 +124,7 @@ impl GeometricPredictor {
             settings,
             next_effort: FrameEffort::WHOLE,
             effort: FrameEffort::WHOLE,
+            has_moved: false,
             set: CandidateSet::default(),
             history: ListenerHistory::default(),
             scheduler: VisibilityScheduler::default(),
@@ -229,6 +232,7 @@ impl GeometricPredictor {
     /// Begins a graphics frame, and the merge of a new update.
     fn begin(&mut self, arrived: Option<(&PathSet, &PreparedUpdate)>, inputs: &FrameInputs<'_>) {
         self.effort = self.next_effort;
+        self.has_moved = has_moved(inputs.scene, inputs.update_scene);
         let listener = inputs.listener.position;
         let is_far = |a: Vec3, b: Vec3| a.distance_squared(b) > JUMP_M * JUMP_M;
         let listener_jumped = self
@@ -246,7 +250,7 @@ impl GeometricPredictor {
         if let Some((update, _)) = arrived {
             let mut epoch = self.history.date(update.listener.position, self.frame);
             // The listener's position does not date an update if instances have moved since.
-            epoch.is_reached &= !has_moved(inputs.scene, inputs.update_scene);
+            epoch.is_reached &= !self.has_moved;
             self.set.begin_update(self.frame, epoch);
         }
     }
@@ -254,6 +258,8 @@ impl GeometricPredictor {
     /// Evaluates or extrapolates the visible candidates; the visibility tests evaluate blocked ones.
     fn evaluate(&mut self, inputs: &FrameInputs<'_>, budget: &mut WorkBudget) {
         let turn = (self.frame, self.exact_every());
+        // Only the amplitudes of reflections are then extrapolated.
+        let has_exact_points = self.effort.is_far() || self.has_moved;
         let set = &mut self.set;
         let each = set.candidates.iter().zip(&set.lines).zip(&mut set.states);
         for ((candidate, line), state) in each.skip(self.geometries.len()) {
@@ -264,12 +270,11 @@ impl GeometricPredictor {
                 self.geometries.push(FrameGeometry::Unevaluated);
                 continue;
             }
-            let extrapolated = line.as_ref().and_then(|line| {
-                let is_kept = state.is_reflection && self.effort.is_far();
-                match is_kept {
-                    true => None,
-                    false => candidate.extrapolated((state, line), inputs, &self.sources, turn),
-                }
+            let line = line
+                .as_ref()
+                .filter(|_| !(has_exact_points && state.is_reflection));
+            let extrapolated = line.and_then(|line| {
+                candidate.extrapolated((state, line), inputs, &self.sources, turn)
             });
             let mut geometry = extrapolated.unwrap_or_else(|| {
                 let source = self.sources.get(candidate.source);
@@ -323,7 +328,7 @@ impl GeometricPredictor {
                 line.and_then(|line| line.ahead(self.frame, source.reach))
             } else {
                 let amplitude = match (geometry, line.as_ref()) {
-                    (FrameGeometry::Image(_), Some(line)) if self.effort.is_far() => {
+                    (FrameGeometry::Image(_), Some(line)) => {
                         let (frame, every) = (turn.0, turn.1.into());
                         line.ahead(frame, source.reach)
                             .filter(|_| line.spans(frame, every, source.reach))

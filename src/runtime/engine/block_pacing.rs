@@ -173,12 +173,8 @@ impl BlockPacing {
         let may_fall = self.frames_since_step >= SETTLING_FRAMES;
         let is_above = self.mean_work > self.frame_limit;
         if may_fall && is_above && self.effort_steps < FrameEffort::MOST_STEPS {
-            let ratio = self.mean_work / self.frame_limit;
-            let steps = ratio.ln() / STEP_RATIO.ln();
-            // As many as the ratio asks for, at least one.
-            let steps = (steps as u32).clamp(1, FrameEffort::MOST_STEPS - self.effort_steps);
-            self.effort_steps += steps;
-            self.mean_work /= STEP_RATIO.powi(steps as i32);
+            self.effort_steps += 1;
+            self.mean_work /= STEP_RATIO;
             self.frames_since_step = 0;
         } else if may_rise && STEP_RATIO * self.mean_work < self.frame_limit {
             self.effort_steps -= 1;
