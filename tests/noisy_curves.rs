@@ -45,7 +45,7 @@ impl Builder {
         }
     }
 
-    /// Moves the corners along their normals by a sum of twelve even numbers, and commits.
+    /// Moves the corners along their normals by nearly normal noise, a sum of twelve uniform random numbers, and commits.
     fn commit(mut self, sigma_m: f64, seed: u64) -> Scene {
         for triangle in &self.mesh.triangles {
             let [a, b, c] = triangle.map(|v| self.mesh.vertices[v as usize].as_dvec3());

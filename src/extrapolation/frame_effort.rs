@@ -4,12 +4,12 @@
 //! three quarters of the rays cost nothing, half of them 0.1 dB, half as many evaluations 0.5 dB; in bootcamp rays cost nothing and
 //! half as many evaluations 4 dB.
 
-/// Share of visibility rays, and how seldom waves at edges and amplitudes are evaluated.
+/// Share of visibility rays, and how seldom and how far apart paths are evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FrameEffort {
     /// Eighths of [`crate::extrapolation::GeometricSettings::rays_per_source`].
     rays_eighths: u32,
-    /// Quarters of [`crate::extrapolation::GeometricSettings::exact_every`], at least four.
+    /// Quarters of [`crate::extrapolation::GeometricSettings::exact_every`] in graphics frames, at least four.
     every_quarters: u32,
     /// Factor on the distance over which paths are extrapolated.
     pub(crate) reach: u32,
