@@ -300,6 +300,19 @@ mod tests {
     }
 
     #[test]
+    fn extrapolated_reflections_are_tested_in_every_frame() {
+        let geometries = [
+            FrameGeometry::Extrapolated,
+            FrameGeometry::ExtrapolatedReflection,
+            FrameGeometry::Invalid,
+        ];
+        let mut scheduler = VisibilityScheduler::default();
+        scheduler.begin(8, 101, &[state(0.1); 3], &geometries);
+        let queued: Vec<usize> = scheduler.queue.iter().map(|next| next.index()).collect();
+        assert_eq!(queued, [1]);
+    }
+
+    #[test]
     fn contradicted_and_recently_changed_paths_come_first() {
         let quiet = state(0.1);
         let mut contradicted = quiet;
