@@ -136,10 +136,7 @@ impl ListenerUpdate {
 impl UpdateMessage {
     /// Whether other state than paths travels with it.
     pub(super) fn has_replacements(&self) -> bool {
-        self.extrapolator.is_some()
-            || self.scenes.is_some()
-            || self.predictor.is_some()
-            || !self.lines.is_empty()
+        self.extrapolator.is_some() || self.scenes.is_some() || self.predictor.is_some()
     }
 }
 

@@ -151,6 +151,7 @@ impl Engine {
             max_paths: settings.max_paths,
             max_sources: slots,
             line_lengths: LineLengths::new(&settings.generation),
+            unsent_lines: Vec::new(),
             synchronous: false,
             threads: Threads::start(1)?,
             governor: Governor::default(),

@@ -17,7 +17,7 @@ impl Worker {
         self.collect_poses();
         let overtaken = |(_, message): &mut (u64, Box<UpdateMessage>)| self.is_overtaken(message);
         if let Some((_, message)) = arrivals.pending.take_if(overtaken) {
-            self.updates.keep(message);
+            self.drop_overtaken(message);
         }
         let due = |(at, _): &mut (u64, Box<UpdateMessage>)| *at <= arrivals.tick;
         if let Some((_, message)) = arrivals.pending.take_if(due) {

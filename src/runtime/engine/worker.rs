@@ -12,6 +12,7 @@ use super::path_snapshot::{PathSnapshot, fill_snapshot};
 use super::statistics::{Metrics, add};
 use super::virtual_clock::VirtualArrivals;
 use crate::extrapolation::{Extrapolator, PredictorKind, PredictorState, ScenePair};
+use crate::generation::LongerLine;
 use crate::propagation::Propagator;
 use crate::runtime::budget::{ActiveQuality, Governor, UpdateCost};
 use crate::runtime::handover::atomic_box::AtomicBox;
@@ -51,6 +52,8 @@ pub(super) struct Worker {
     pub(super) max_sources: usize,
     /// Of the renderer, with those under way.
     pub(super) line_lengths: LineLengths,
+    /// Of updates that were not sent.
+    pub(super) unsent_lines: Vec<LongerLine>,
     pub(super) synchronous: bool,
     /// Threads of an update.
     pub(super) threads: Threads,
@@ -115,7 +118,7 @@ impl Worker {
         if !self.synchronous {
             self.collect_poses();
             if self.is_overtaken(&message) {
-                self.updates.keep(message);
+                self.drop_overtaken(message);
                 return Some(Duration::ZERO);
             }
         }
@@ -213,6 +216,7 @@ impl Worker {
     /// Lengthens delay lines where an update's paths need it.
     fn lengthen_lines(&mut self, message: &mut UpdateMessage) {
         message.lines.clear();
+        message.lines.append(&mut self.unsent_lines);
         let speed_m_s = self.propagator.scene().speed_of_sound_m_s();
         let others = message.others.iter().map(|other| &other.paths);
         let updates = others.chain([&message.paths]);
@@ -383,6 +387,12 @@ impl Worker {
             all.any(|pipeline| pipeline.is_overtaken(&world.sources))
         });
         has_jumped && !last.has_replacements()
+    }
+
+    /// Drops an update that a jump has overtaken, except for what lengthens delay lines: later updates count on it.
+    pub(super) fn drop_overtaken(&mut self, mut message: Box<UpdateMessage>) {
+        self.unsent_lines.append(&mut message.lines);
+        self.updates.keep(message);
     }
 
     /// Time of the next asynchronous update relative to a whole one.
