@@ -12,6 +12,9 @@ use glam::DVec2;
 /// next to a caustic, where they are about to vanish.
 const SAMPLES: usize = 64;
 
+/// The angle between two of them.
+const STEP: f64 = TAU / SAMPLES as f64;
+
 /// Halvings of an interval at most, by the secant where it converges.
 const STEPS: usize = 48;
 
@@ -40,17 +43,36 @@ pub(super) struct Circle {
 }
 
 impl Circle {
+    /// Whether the slope may vanish on an arc of half a width around its middle, in radians: between the positions around the
+    /// circle that it lies among, the slope's sign changes.
+    pub(super) fn may_be_stationary_on(&self, [middle, half]: [f64; 2]) -> bool {
+        // A position more to each side, for rounding.
+        let first = ((middle - half) / STEP - FIRST).floor() - 1.0;
+        let last = ((middle + half) / STEP - FIRST).ceil() + 1.0;
+        let count = (last - first) as usize;
+        if count >= SAMPLES {
+            return true;
+        }
+        let turn = DVec2::from_angle(STEP);
+        let mut outward = DVec2::from_angle(STEP * (first + FIRST));
+        let mut before = self.slope_at(outward);
+        (0..count).any(|_| {
+            outward = turn.rotate(outward);
+            let after = self.slope_at(outward);
+            changes_sign(std::mem::replace(&mut before, after), after)
+        })
+    }
+
     /// Calls `found` with the angles of all stationary paths' first reflections.
     pub(super) fn stationary(&self, mut found: impl FnMut(f64)) {
-        let step = TAU / SAMPLES as f64;
-        let angle = |index: usize| step * (index as f64 + FIRST);
+        let angle = |index: usize| STEP * (index as f64 + FIRST);
         // Each position is the one before, turned by a step.
-        let (mut outward, turn) = (DVec2::from_angle(angle(0)), DVec2::from_angle(step));
+        let (mut outward, turn) = (DVec2::from_angle(angle(0)), DVec2::from_angle(STEP));
         let mut before = self.slope_at(outward);
         for index in 1..=SAMPLES {
             outward = turn.rotate(outward);
             let after = self.slope_at(outward);
-            if before * after <= 0.0 && (before < 0.0) != (after < 0.0) {
+            if changes_sign(before, after) {
                 let ends = [(angle(index - 1), before), (angle(index), after)];
                 let root = root(|at| self.slope_at(DVec2::from_angle(at)), ends);
                 if let Some(root) = self.near(root) {
@@ -113,6 +135,11 @@ impl Circle {
     }
 }
 
+/// Whether two slopes are numbers of different signs.
+fn changes_sign(before: f64, after: f64) -> bool {
+    before * after <= 0.0 && (before < 0.0) != (after < 0.0)
+}
+
 /// A zero between two arguments with values of different signs: regula falsi of Illinois.
 fn root(of: impl Fn(f64) -> f64, [mut low, mut high]: [(f64, f64); 2]) -> f64 {
     let mut side = 0;
@@ -164,6 +191,7 @@ mod tests {
             };
             circle.stationary(|angle| {
                 count += 1;
+                assert!(circle.may_be_stationary_on([angle, 1e-3]), "{number}");
                 let point = 2.0 * DVec2::from_angle(angle);
                 let along = DVec2::from_angle(angle).perp();
                 let [a, b] = [from, to].map(|end| (end - point).normalize().dot(along));
@@ -173,6 +201,19 @@ mod tests {
             most = most.max(count);
         }
         assert_eq!(most, 4);
+    }
+
+    #[test]
+    fn most_short_arcs_have_no_stationary_path() {
+        let circle = Circle {
+            radius_m: 2.0,
+            from: DVec2::new(0.7, 0.4),
+            to: DVec2::new(-0.3, 1.1),
+            is_twice: false,
+        };
+        let arcs = (0..36).map(|n| [TAU * f64::from(n) / 36.0, 0.1]);
+        let some = arcs.filter(|arc| circle.may_be_stationary_on(*arc)).count();
+        assert!((2..18).contains(&some), "{some} of 36 arcs");
     }
 
     #[test]
@@ -192,6 +233,7 @@ mod tests {
             };
             circle.stationary(|angle| {
                 all += 1;
+                assert!(circle.may_be_stationary_on([angle + 0.4, 0.41]), "{number}");
                 let first = 2.0 * DVec2::from_angle(angle);
                 let last = circle.second(first / 2.0);
                 assert!((last.length() - 2.0).abs() < 1e-9, "{number}: {last}");

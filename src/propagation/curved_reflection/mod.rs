@@ -45,6 +45,9 @@ const MAX_STATIONARY: usize = 8;
 /// Least distance in metres of source and listener from a curved surface and from a plane: nearer ones lie in it.
 const CLEARANCE_M: f64 = 1e-3;
 
+/// Radians by which a surface's arc is taken to be wider, for rounding.
+const ARC_MARGIN: f64 = 1e-3;
+
 /// Distance in metres by which a ray to a facet may miss the shape beyond the facets' unevenness.
 const MARGIN_M: f64 = 5e-3;
 
@@ -251,7 +254,10 @@ impl Query<'_> {
                 p.normalize_or_zero() + q.normalize_or_zero()
             }
             None => {
-                circle.stationary(at_angle);
+                let arc = self.arc([x, y]);
+                if arc.is_some_and(|arc| circle.may_be_stationary_on(arc)) {
+                    circle.stationary(at_angle);
+                }
                 return;
             }
         };
@@ -259,6 +265,29 @@ impl Query<'_> {
             .near(guess.to_angle())
             .into_iter()
             .for_each(&mut at_angle);
+    }
+
+    /// Middle and half width in radians of the arc that the surface has in a cross-section with these axes; `None` if it has
+    /// none there.
+    fn arc(&self, [x, y]: [DVec3; 2]) -> Option<[f64; 2]> {
+        let CurvedSurface { shape, towards, .. } = self.surface;
+        let towards = DVec2::new(towards.dot(x), towards.dot(y));
+        let half = self.surface.half_m[0] / shape.radius_m + ARC_MARGIN;
+        if half >= PI {
+            return Some([0.0, PI]);
+        }
+        let half = match shape.axis {
+            Some(_) => half,
+            // A cross-section passes beside the middle of a spherical cap.
+            None => {
+                let cosine = half.cos() / towards.length();
+                if cosine > 1.0 {
+                    return None;
+                }
+                if cosine > -1.0 { cosine.acos() } else { PI }
+            }
+        };
+        Some([towards.to_angle(), half])
     }
 
     /// The path over stationary points, unfolded at the plane between them, if they lie on the surface and on those of the

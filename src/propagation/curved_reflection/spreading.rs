@@ -127,6 +127,7 @@ mod tests {
                 axis: None,
                 radius_m,
             },
+            towards: DVec3::X,
             half_m: [radius_m; 2],
             area_m2: 1.0,
             facet_m: 0.1,
@@ -167,6 +168,7 @@ mod tests {
     fn the_focus_of_a_dome_is_finite() {
         // Source and listener in the centre: the whole hemisphere acts in phase, area / (λ R²) = 2π / λ.
         let surface = CurvedSurface {
+            towards: DVec3::X,
             half_m: [0.5 * PI * 4.0; 2],
             ..sphere(4.0)
         };

@@ -205,6 +205,7 @@ mod tests {
                 axis,
                 radius_m: RADIUS_M,
             },
+            towards: DVec3::X,
             half_m: [0.5 * PI * RADIUS_M, 100.0],
             area_m2: 1.0,
             facet_m: 0.1,

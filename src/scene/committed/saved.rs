@@ -26,7 +26,7 @@ use crate::scene::surface::finite_panel::FinitePanels;
 pub const MAGIC: [u8; 8] = *b"\x89FSCENE\n";
 
 /// Version of the format. It rises with every change of what commit makes or how it is stored.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Bytes before the content.
 pub const HEADER_BYTES: usize = 32;

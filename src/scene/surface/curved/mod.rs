@@ -61,6 +61,8 @@ pub struct CurvedSurface {
     pub key: u64,
     /// The smooth shape.
     pub shape: CurvedShape,
+    /// Unit vector from the shape's centre or axis towards the middle of the surface.
+    pub towards: DVec3,
     /// Half of its extent in metres: around, and along the axis of a cylinder.
     pub half_m: [f64; 2],
     /// Area of its facets in m².
@@ -186,6 +188,7 @@ impl CurvedSurfaces {
 stored!(CurvedSurface {
     key: u64,
     shape: CurvedShape,
+    towards: DVec3,
     half_m: [f64; 2],
     area_m2: f64,
     facet_m: f64,
@@ -211,6 +214,7 @@ impl CurvedSurfaces {
                 .iter()
                 .all(|&index| index < count || index == NONE)
             && shapes.all(|shape| shape.centre.is_finite() && shape.radius_m > 0.0)
+            && self.list.iter().all(|surface| surface.towards.is_finite())
     }
 }
 
@@ -434,6 +438,7 @@ impl Facets {
         CurvedSurface {
             key: 0,
             shape,
+            towards: mean,
             half_m: [around_m, along_m],
             area_m2: members.iter().map(|&t| self.areas_m2[t as usize]).sum(),
             facet_m: members
