@@ -279,7 +279,8 @@ impl Propagator {
         self.update_with(&Serial, listener, sources, time_s, result);
     }
 
-    /// [`Self::update`] on the caller's workers. Their number does not change a bit of the result.
+    /// [`Self::update`] on the caller's workers. Their number does not change a bit of the result. After
+    /// [`Workers::is_interrupted`] the result is as it was before; what was found out until then is kept.
     pub fn update_with(
         &mut self,
         workers: &impl Workers,
@@ -380,9 +381,21 @@ impl Propagator {
         workers.for_both(
             (&mut self.tasks[..sources.len()], &mut self.shares),
             &mut self.scratch,
-            |index, task, scratch| task.trace(&context, index, &sources[index], scratch),
-            |index, share, _| share.trace(scene, guide_casts.rays(), index),
+            |index, task, scratch| {
+                if !workers.is_interrupted() {
+                    task.trace(&context, index, &sources[index], scratch);
+                }
+            },
+            |index, share, _| {
+                if !workers.is_interrupted() {
+                    share.trace(scene, guide_casts.rays(), index);
+                }
+            },
         );
+        if workers.is_interrupted() {
+            self.update += 1;
+            return;
+        }
         // After a jump few rays are cast, which stand for no rotation.
         let is_whole = count == most && depth == self.active_settings.depth;
         let visit = Visit {
@@ -418,7 +431,9 @@ impl Propagator {
         workers.for_each(&mut self.candidates, |index, candidates| {
             let range = share_range(index, sequences.len());
             let share = &sequences[range.clone()];
-            candidates.cull(scene, share, range.start, &views);
+            if !workers.is_interrupted() {
+                candidates.cull(scene, share, range.start, &views);
+            }
         });
         let context = ReflectionContext {
             update: context,
@@ -428,9 +443,17 @@ impl Propagator {
         workers.for_both(
             (&mut self.tasks[..sources.len()], &mut [(); 0]),
             &mut self.scratch,
-            |index, task, scratch| task.find_reflections(&context, index, &sources[index], scratch),
+            |index, task, scratch| {
+                if !workers.is_interrupted() {
+                    task.find_reflections(&context, index, &sources[index], scratch);
+                }
+            },
             |_, (), _| (),
         );
+        if workers.is_interrupted() {
+            self.update += 1;
+            return;
+        }
         self.collect(sources, result);
         result.rays += cell_rays;
         result.update = self.update;

@@ -15,7 +15,7 @@ pub const MOST_WORKERS: usize = 64;
 /// Serial.for_each(&mut squares, |index, square| *square = index * index);
 /// assert_eq!(squares, [0, 1, 4, 9]);
 /// ```
-pub trait Workers {
+pub trait Workers: Sync {
     /// Number of threads, the caller included; 1 to `MOST_WORKERS`.
     fn count(&self) -> usize;
 
@@ -48,6 +48,12 @@ pub trait Workers {
         first: impl Fn(usize, &mut A, &mut S) + Sync,
         second: impl Fn(usize, &mut B, &mut S) + Sync,
     );
+
+    /// Whether the caller no longer wants the result of the update under way. Once true it stays so until the update returns, which
+    /// it then does soon, without a result.
+    fn is_interrupted(&self) -> bool {
+        false
+    }
 }
 
 /// Runs on the calling thread alone.

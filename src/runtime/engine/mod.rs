@@ -154,6 +154,7 @@ impl Engine {
             unsent_lines: Vec::new(),
             synchronous: false,
             threads: Threads::start(1)?,
+            interruption: Arc::default(),
             governor: Governor::default(),
             quality: Governor::default().active_quality(&settings.propagation, settings.max_paths),
             last_time_s: None,

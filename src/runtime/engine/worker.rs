@@ -13,7 +13,7 @@ use super::statistics::{Metrics, add};
 use super::virtual_clock::VirtualArrivals;
 use crate::extrapolation::{Extrapolator, PredictorKind, PredictorState, ScenePair};
 use crate::generation::LongerLine;
-use crate::propagation::Propagator;
+use crate::propagation::{Propagator, Workers};
 use crate::runtime::budget::{ActiveQuality, Governor, UpdateCost};
 use crate::runtime::handover::atomic_box::AtomicBox;
 use crate::runtime::handover::newest::{Receiver, Sender};
@@ -24,6 +24,7 @@ use crate::runtime::pipeline::pose_prediction::UseInterval;
 use crate::runtime::pipeline::update_pipeline::{UpdatePipeline, UpdateRequest};
 use crate::runtime::pipeline::update_timing::UpdateTiming;
 use crate::runtime::threads::clock::{nanoseconds, now};
+use crate::runtime::threads::interruption::{InterruptibleThreads, Interruption};
 use crate::runtime::threads::workers::Threads;
 use crate::runtime::trace::system_trace::section;
 use crate::runtime::trace::{SpanKind, SpanWriter};
@@ -55,8 +56,9 @@ pub(super) struct Worker {
     /// Of updates that were not sent.
     pub(super) unsent_lines: Vec<LongerLine>,
     pub(super) synchronous: bool,
-    /// Threads of an update.
+    /// Threads of an update, and the request of the controller to end it.
     pub(super) threads: Threads,
+    pub(super) interruption: Arc<Interruption>,
     pub(super) governor: Governor,
     /// Quality in force.
     pub(super) quality: ActiveQuality,
@@ -114,7 +116,10 @@ impl Worker {
     /// Computes and sends an update if there are new poses or a new propagator; returns the pause before the next,
     /// `None` if there was nothing to do. An update that a jump has overtaken is not sent.
     pub(super) fn step(&mut self) -> Option<Duration> {
-        let message = self.compute(None)?;
+        let Some(message) = self.compute(None) else {
+            // After an interruption there are poses left.
+            return self.has_new_poses.then_some(Duration::ZERO);
+        };
         if !self.synchronous {
             self.collect_poses();
             if self.is_overtaken(&message) {
@@ -127,9 +132,10 @@ impl Worker {
     }
 
     /// Computes an update if there are new poses or a new propagator. `virtual_time` replaces the measured time of the
-    /// update.
+    /// update. An update that a jump overtakes may end early, without a message.
     pub(super) fn compute(&mut self, virtual_time: Option<Duration>) -> Option<Box<UpdateMessage>> {
         let ordered = self.take_propagator();
+        self.interruption.clear();
         self.collect_poses();
         let posed = std::mem::take(&mut self.has_new_poses);
         let world = self.newest.take_if(|_| ordered || posed)?;
@@ -167,10 +173,23 @@ impl Worker {
         let UpdateMessage {
             paths, prepared, ..
         } = &mut *message;
-        let propagator = (&mut *self.propagator, &self.threads);
+        // What travels with an update has to arrive.
+        let has_replacements = self.extrapolator.is_some() || self.scenes.is_some();
+        let may_end = kind == UpdateKind::Whole && !self.synchronous && virtual_time.is_none();
+        let workers = InterruptibleThreads {
+            threads: &self.threads,
+            interruption: (may_end && !has_replacements).then_some(&self.interruption),
+        };
+        let propagator = (&mut *self.propagator, &workers);
         let mut trimmed = self
             .pipeline
             .update(propagator, &request, (paths, prepared));
+        if workers.is_interrupted() {
+            self.updates.keep(message);
+            self.newest = Some(world);
+            self.has_new_poses = true;
+            return None;
+        }
         trimmed += self.compute_others(&world, &request, &mut message.others);
         let elapsed = virtual_time.unwrap_or_else(|| started.elapsed());
         message.order_gain = self.quality.order_gain;

@@ -16,7 +16,7 @@ const URGENT_GUIDE_RAYS: u32 = 128;
 const URGENT_CANDIDATES: usize = 512;
 
 /// Least distance in metres of a jump. Positions that come in smaller steps, by a network, are motion.
-const MIN_JUMP_M: f32 = 1.0;
+pub(crate) const MIN_JUMP_M: f32 = 1.0;
 
 /// What an update searches for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

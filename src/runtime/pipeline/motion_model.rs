@@ -11,7 +11,7 @@ use crate::runtime::pipeline::pose_history::{PoseFrame, PoseHistory};
 use crate::scene::SourcePose;
 
 /// Greatest speed that counts as motion, in metres a second.
-const MAX_SPEED_M_S: f64 = 40.0;
+pub(crate) const MAX_SPEED_M_S: f64 = 40.0;
 
 /// Greatest speed after a graphics frame of slower motion: metres a second, plus a multiple of the speed before. Who starts
 /// to run is slower.

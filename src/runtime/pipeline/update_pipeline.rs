@@ -80,7 +80,7 @@ impl UpdatePipeline {
         }
     }
 
-    /// Computes an update; returns the number of paths dropped as too many.
+    /// Computes an update; returns the number of paths dropped as too many. If the workers are interrupted there is no result.
     pub(crate) fn update(
         &mut self,
         (propagator, workers): (&mut Propagator, &impl Workers),
@@ -122,6 +122,9 @@ impl UpdatePipeline {
         }
         propagator.set_scope(jumps.scope(request.kind, &before));
         propagator.update_with(workers, &poses.listener, sources, time_s, result);
+        if workers.is_interrupted() {
+            return 0;
+        }
         if beyond.is_some() {
             add_nearby(result, &self.beyond_surface);
         }

@@ -3,4 +3,5 @@
 pub mod affinity;
 pub mod clock;
 pub mod flush_to_zero;
+pub(crate) mod interruption;
 pub mod workers;

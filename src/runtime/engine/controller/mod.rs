@@ -34,8 +34,10 @@ use crate::runtime::engine::sample_source::SampleSource;
 use crate::runtime::engine::slot_release::{PlaybackProgress, release_s};
 use crate::runtime::engine::source_virtualization::{SourceVirtualizer, VirtualSource};
 use crate::runtime::handover::newest::{Receiver, Sender};
+use crate::runtime::pipeline::jump_watch::JumpWatch;
 use crate::runtime::pipeline::pose_history::PoseHistory;
 use crate::runtime::threads::clock::now;
+use crate::runtime::threads::interruption::Interruption;
 use crate::runtime::trace::{SpanKind, SpanReader, SpanWriter, TraceLog};
 use crate::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
 
@@ -90,6 +92,9 @@ pub struct Controller {
     /// One-shots that have ended; scratch.
     ended: Vec<SourceId>,
     kernel: Arc<Kernel>,
+    jump_watch: JumpWatch,
+    /// Of the worker.
+    interruption: Arc<Interruption>,
     listener: ListenerPose,
     /// Further listeners.
     others: Vec<ListenerPose>,
@@ -110,6 +115,8 @@ impl Controller {
         let (sources, slots) = (settings.source_limit(), settings.generation.max_sources);
         let release_s = release_s(settings.block_frames, settings.generation.rate_hz);
         Ok(Self {
+            jump_watch: JumpWatch::default(),
+            interruption: Arc::clone(&worker.interruption),
             scene: Arc::clone(worker.propagator.scene()),
             propagation: Propagation::start(worker, &settings)?,
             builder: SceneBuilder::default(),
@@ -207,6 +214,11 @@ impl Controller {
         world.time_s = time_s;
         world.sent = began;
         world.recent.push(time_s, &self.listener, &self.slot_poses);
+        let ears = std::iter::once(&self.listener).chain(&self.others);
+        let ears = ears.map(|listener| listener.position);
+        if self.jump_watch.observe(time_s, ears, &self.slot_poses) {
+            self.interruption.request();
+        }
         self.channels.world.send(world);
         self.propagation.wake();
         self.send_frame(true);
