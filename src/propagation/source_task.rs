@@ -17,7 +17,9 @@ use crate::propagation::diffuse::{
     stable_viewpoint,
 };
 use crate::propagation::image_source::image_path::{MARGIN_M, UnfoldedPath};
-use crate::propagation::image_source::nearby_gate::{MirrorEnergies, NearbyGate, keep_loudest};
+use crate::propagation::image_source::nearby_gate::{
+    MirrorEnergies, NearbyGate, RankedPath, keep_loudest,
+};
 use crate::propagation::image_source::occluder_cache::OccluderCache;
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
@@ -118,6 +120,8 @@ pub(super) struct Scratch {
     valid: Vec<(u32, Sequence)>,
     /// A nearby path.
     unfolded: UnfoldedPath,
+    /// Of nearby paths.
+    ranks: Vec<RankedPath>,
 }
 
 impl Scratch {
@@ -128,6 +132,7 @@ impl Scratch {
             queue: ValidationQueue::default(),
             valid: Vec::new(),
             unfolded: UnfoldedPath::default(),
+            ranks: Vec::new(),
         }
     }
 }
@@ -394,7 +399,7 @@ impl SourceTask {
                 self.nearby_gate = NearbyGate::after(&mut self.nearby_estimates);
             }
             self.nearby_estimates.clear();
-            keep_loudest(&mut self.nearby);
+            keep_loudest(&mut self.nearby, &mut scratch.ranks);
         }
         let max_age = update
             .settings

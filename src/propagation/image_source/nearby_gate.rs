@@ -6,7 +6,7 @@
 
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::image_source::sequence::Sequence;
-use crate::propagation::path::Path;
+use crate::propagation::path::{Path, PathId};
 use crate::scene::Scene;
 
 /// Most nearby paths of a source.
@@ -82,22 +82,36 @@ impl MirrorEnergies {
     }
 }
 
-/// Keeps the loudest [`MAX_NEARBY`].
-pub(crate) fn keep_loudest(nearby: &mut Vec<Path>) {
-    if nearby.len() > MAX_NEARBY {
-        let energy = |path: &Path| path.amplitude.iter().map(|a| a * a).sum::<f32>();
-        nearby.select_nth_unstable_by(MAX_NEARBY, |a, b| {
-            energy(b)
-                .total_cmp(&energy(a))
-                .then_with(|| a.id.cmp(&b.id))
-        });
-        nearby.truncate(MAX_NEARBY);
+/// Energy, identity and index of a path.
+pub(crate) type RankedPath = (f32, PathId, u32);
+
+/// Keeps the loudest [`MAX_NEARBY`], in any order. `ranks` is scratch memory: paths are large, so these are sorted.
+pub(crate) fn keep_loudest(nearby: &mut Vec<Path>, ranks: &mut Vec<RankedPath>) {
+    if nearby.len() <= MAX_NEARBY {
+        return;
+    }
+    ranks.clear();
+    ranks.extend((0..).zip(&*nearby).map(|(index, path)| {
+        let energy = path.amplitude.iter().map(|a| a * a).sum::<f32>();
+        (energy, path.id, index)
+    }));
+    let louder = |a: &RankedPath, b: &RankedPath| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1));
+    ranks.select_nth_unstable_by(MAX_NEARBY, louder);
+    let quieter = &mut ranks[MAX_NEARBY..];
+    // From the end on: what takes a removed path's index is none of those to come.
+    quieter.sort_unstable_by_key(|rank| std::cmp::Reverse(rank.2));
+    for rank in quieter {
+        nearby.swap_remove(rank.2 as usize);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::propagation::path::{MAX_DIFFRACTION_ORDER, MAX_ORDER};
+    use crate::propagation::rays::directions::mix;
+    use crate::scene::SourceId;
+    use glam::Vec3;
 
     #[test]
     fn what_would_be_kept_passes_and_the_gate_holds_still() {
@@ -116,5 +130,32 @@ mod tests {
     fn a_gate_is_open_where_few_are_found_and_after_bad_numbers() {
         assert!(NearbyGate::after(&mut [1.0; MAX_NEARBY]).passes(1e-9, 1e9));
         assert!(NearbyGate::after(&mut [f32::NAN; 2 * MAX_NEARBY]).passes(1e-9, 1e9));
+    }
+
+    #[test]
+    fn the_loudest_paths_are_kept() {
+        let path = |number: u64| Path {
+            id: PathId(number),
+            source: SourceId::new(0, 0),
+            order: 1,
+            diffraction_order: 0,
+            surfaces: [0; MAX_ORDER],
+            edges: [0; MAX_DIFFRACTION_ORDER],
+            points: [Vec3::ZERO; MAX_ORDER],
+            image: Vec3::ZERO,
+            length_m: 1.0,
+            // Several are as loud, and of those the lower identities are kept.
+            amplitude: [(mix(number) % 40) as f32; BANDS],
+        };
+        for count in [1, 128, 129, 140, 300, 1000] {
+            let mut paths: Vec<Path> = (0..count).map(path).collect();
+            let mut expected = paths.clone();
+            let louder = |path: &Path| (-path.amplitude[0] as i32, path.id);
+            expected.sort_by_key(louder);
+            expected.truncate(MAX_NEARBY);
+            keep_loudest(&mut paths, &mut Vec::new());
+            paths.sort_by_key(louder);
+            assert_eq!(paths, expected, "{count}");
+        }
     }
 }
