@@ -6,14 +6,13 @@ use std::sync::Arc;
 
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::runtime::Threads;
-use foresound::scene::SourcePose;
 use foresound::{Error, Result};
 use serde_json::json;
 
 use super::boxes::Boxes;
 use super::look_ahead::LookAhead;
-use super::updates::step_aside;
-use super::walk::{STEP_M, Walk};
+use super::updates::{step_aside, stroll};
+use super::walk::Walk;
 use crate::inputs::predictor_named;
 use crate::printed;
 
@@ -103,15 +102,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     });
     printed::rows(&[row], arguments.json);
     Ok(())
-}
-
-/// Moves each source by a step of the walk, three metres to and fro.
-fn stroll(moved: &mut [SourcePose], sources: &[SourcePose], step: usize) {
-    const TURN: usize = 40;
-    let steps = TURN.abs_diff(step % (2 * TURN));
-    for (moved, source) in moved.iter_mut().zip(sources) {
-        moved.position.x = source.position.x + STEP_M * (TURN - steps) as f32;
-    }
 }
 
 /// A hash of all bits of an update's result except its number of rays, and of the hash before.

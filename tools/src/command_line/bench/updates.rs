@@ -2,9 +2,9 @@
 //! moving instances beside none.
 //!
 //! The listener walks at 1.4 m/s, 20 updates a second. Resting sources have the rays of a rotation cast once and
-//! cached; sources that move farther than the cells of that cache have all rays cast in every update. Compared
-//! configurations alternate update by update, which spreads the machine's other load evenly. Updates for a predictor that
-//! asks for closed paths nearby have them, and late energy along the way to the next update, as in the engine.
+//! cached; walking ones leave a cell of that cache now and then; sources that move farther than the cells have all rays cast in
+//! every update. Compared configurations alternate update by update, which spreads the machine's other load evenly. Updates for
+//! a predictor that asks for closed paths nearby have them, and late energy along the way to the next update, as in the engine.
 
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
 
@@ -22,7 +22,7 @@ use super::boxes::Boxes;
 use super::look_ahead::LookAhead;
 use super::recorded_rays::Record;
 use super::share;
-use super::walk::Walk;
+use super::walk::{STEP_M, Walk};
 
 /// Fewest updates of a row, at any duration.
 const FEWEST: usize = 20;
@@ -98,7 +98,7 @@ fn repeat(seconds: f64, mut step: impl FnMut(usize)) {
     }
 }
 
-/// One row: updates on one thread and on two, with resting and with moving sources, and the rays of the latter alone.
+/// One row: updates on one thread and on two, with resting, walking and moving sources, and the rays of the last alone.
 ///
 /// The rays alone are those of the updates with moving sources: another propagator computes the same updates in a scene
 /// that records its rays, and the tree traces the recorded rays again.
@@ -112,6 +112,7 @@ pub(super) fn alone(
     let runner = |threads| Runner::new(walk, sources, settings, [threads, 0], predictor);
     let (mut one, mut two) = (runner(1)?, runner(2)?);
     let (mut one_moving, mut two_moving) = (runner(1)?, runner(2)?);
+    let (mut one_walking, mut two_walking) = (runner(1)?, runner(2)?);
     let record = Arc::new(Record::default());
     let recorded = walk.scene.with_observer(record.clone());
     let mut recording = Propagator::new(Arc::new(recorded), settings)?;
@@ -119,9 +120,13 @@ pub(super) fn alone(
     recording.warm_up(&walk.ear(0), sources);
     let (mut alone_ms, mut rays_cast) = (Vec::new(), Vec::new());
     let (mut moved, mut set) = (sources.to_vec(), PathSet::default());
+    let mut walked = sources.to_vec();
     repeat(seconds, |step| {
         one.update(walk, sources, step);
         two.update(walk, sources, step);
+        stroll(&mut walked, sources, step);
+        one_walking.update(walk, &walked, step);
+        two_walking.update(walk, &walked, step);
         step_aside(&mut moved, sources, step);
         one_moving.update(walk, &moved, step);
         two_moving.update(walk, &moved, step);
@@ -147,12 +152,17 @@ pub(super) fn alone(
         "moving_sources_two_threads_ms": two_moving.times(percentiles),
         "moving_sources_best_ms": one_moving.best_ms(),
         "moving_sources_two_threads_best_ms": two_moving.best_ms(),
+        "walking_sources_ms": one_walking.times(percentiles),
+        "walking_sources_two_threads_ms": two_walking.times(percentiles),
+        "walking_sources_best_ms": one_walking.best_ms(),
+        "walking_sources_two_threads_best_ms": two_walking.best_ms(),
         "rays_alone_best_ms": alone_best_ms,
         "update_to_rays": one_moving.best_ms() / alone_best_ms,
         "two_threads_speedup": one.best_ms() / two.best_ms(),
         "paths_p50": share(&one.paths, 0.5),
         "rays_per_update": share(&rays_cast, 0.5),
         "rays_per_update_sources_at_rest": share(&one.rays, 0.5),
+        "rays_per_update_walking_sources": share(&one_walking.rays, 0.5),
     }))
 }
 
@@ -210,5 +220,14 @@ pub(super) fn with_instances(
 pub(super) fn step_aside(moved: &mut [SourcePose], sources: &[SourcePose], step: usize) {
     for (moved, source) in moved.iter_mut().zip(sources) {
         moved.position.x = source.position.x + if step.is_multiple_of(2) { 1.1 } else { -1.1 };
+    }
+}
+
+/// Moves each source by a step of the walk, three metres to and fro.
+pub(super) fn stroll(moved: &mut [SourcePose], sources: &[SourcePose], step: usize) {
+    const TURN: usize = 40;
+    let steps = TURN.abs_diff(step % (2 * TURN));
+    for (moved, source) in moved.iter_mut().zip(sources) {
+        moved.position.x = source.position.x + STEP_M * (TURN - steps) as f32;
     }
 }
