@@ -25,9 +25,9 @@ pub struct SourceRays<'a> {
     pub field: &'a SceneField,
     /// The source's pose and settings; its directivity weights the rays.
     pub pose: SourcePose,
-    /// The lattice ([`crate::propagation::rays::directions::lattice`]), one unit vector per ray.
+    /// The rotation's lattice ([`crate::propagation::rays::directions::lattice_of`]), one unit vector per ray.
     pub directions: &'a [Vec3],
-    /// Rotation of the lattice.
+    /// Turn of the lattices of all rotations.
     pub turn: Mat3,
     /// Index of the rotation, `update % ROTATIONS`.
     pub rotation: u64,
