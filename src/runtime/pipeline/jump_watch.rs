@@ -28,14 +28,13 @@ impl JumpWatch {
         let least_m = MIN_JUMP_M.max((MAX_SPEED_M_S * (time_s - self.time_s)) as f32);
         self.time_s = time_s;
         let mut has_jumped = false;
-        let mut count = 0;
-        for ear in ears {
-            match self.ears.get_mut(count) {
-                Some(before) => has_jumped |= before.distance(ear) > least_m,
+        for (index, ear) in ears.enumerate() {
+            match self.ears.get_mut(index) {
+                Some(before) => {
+                    has_jumped |= std::mem::replace(before, ear).distance(ear) > least_m
+                }
                 None => self.ears.push(ear),
             }
-            self.ears[count] = ear;
-            count += 1;
         }
         for (index, pose) in sources.iter().enumerate() {
             let likely = self.sources.get(index).filter(|(id, _)| *id == pose.id);
