@@ -27,7 +27,7 @@ use crate::propagation::image_source::valid_cache::ValidCache;
 use crate::propagation::image_source::validation_queue::ValidationQueue;
 use crate::propagation::image_source::window_cull::CandidateCull;
 use crate::propagation::quality_level::PropagationQuality;
-use crate::propagation::rays::directions::{ROTATIONS, lattice_of, rotation};
+use crate::propagation::rays::directions::{ROTATIONS, rotation};
 use crate::propagation::update_scope::UpdateScope;
 use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
@@ -91,8 +91,7 @@ pub(super) struct UpdateContext<'a> {
     /// See [`crate::propagation::Propagator::set_nearby_radius`].
     pub(super) nearby_m: Option<f64>,
     pub(super) energies: &'a MirrorEnergies,
-    /// Directions of the source rays of all rotations
-    /// ([`crate::propagation::rays::directions::interleaved_lattices`]), before they are turned.
+    /// Directions of the source rays before rotation.
     pub(super) directions: &'a [Vec3],
     /// What is searched for, and the highest reflection order of the search.
     pub(super) scope: &'a UpdateScope,
@@ -334,8 +333,8 @@ impl SourceTask {
                         offset: offset.unwrap_or_default(),
                         field: context.scene_field,
                         pose: *pose,
-                        directions: lattice_of(context.directions, turn),
-                        turn: rotation(0, settings.seed),
+                        directions: context.directions,
+                        turn: rotation(turn, settings.seed),
                         rotation: turn % ROTATIONS,
                         depth: settings.depth,
                         scene_state: context.scene_state,

@@ -14,7 +14,6 @@ use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::diffuse::delayed::add_delayed;
 use crate::propagation::diffuse::envelope::STEPS;
-use crate::propagation::diffuse::next_event::lifted_kernel;
 use crate::propagation::diffuse::surface_samples::{MAX_PATCHES, NO_PATCH};
 use crate::propagation::diffuse::transport::SceneField;
 use crate::propagation::diffuse::visibility_cells::{GROUPS, VisibilityCells};
@@ -138,7 +137,7 @@ impl ListenerField {
         self.patches.resize(patches, PatchView::default());
         let mut weights = [0.0f32; MAX_PATCHES];
         // A sample is a disc of its area.
-        let lifted_m2 = 0.5 * field.samples.area_m2 / std::f32::consts::PI;
+        let spread_m2 = field.samples.area_m2 / std::f32::consts::PI;
         let count = field.samples.all.len() as f32;
         for (sample, is_visible) in field.samples.all.iter().zip(&self.is_visible) {
             let offset = listener - sample.point;
@@ -150,7 +149,7 @@ impl ListenerField {
             }
             let patch = usize::from(sample.patch);
             let members = count * field.samples.share[patch];
-            let by_law = lifted_kernel(square, cosine * length_m, lifted_m2) / members;
+            let by_law = cosine / (std::f32::consts::PI * (square + spread_m2) * members);
             let leg_m = field.samples.leg_m[patch];
             let factor = field.specular.factor(patch, length_m, leg_m);
             let air = exp_neg(&scene.air_np_per_m().map(|m| 2.0 * m * length_m));

@@ -20,7 +20,6 @@ use crate::propagation::diffuse::surface_samples::NO_PATCH;
 use crate::propagation::diffuse::trace::TraceBuffers;
 use crate::propagation::diffuse::transport::SceneField;
 use crate::propagation::diffuse::visibility_cells::GROUPS_PER_ROTATION;
-use crate::propagation::rays::directions::{INTERLEAVED_PARTS, interleaved_shift};
 use crate::scene::Scene;
 use crate::simd::{LaneSet, kernel, prefetch};
 
@@ -34,9 +33,8 @@ pub const SHADOW_RAYS: usize = NEAR_BOUNCES + 1;
 /// Most entries of [`crate::propagation::diffuse::deposits::Deposits`]: rounding may add one to each part, and every bounce has two sides.
 const MAX_DEPOSITS: usize = 2 * (NEAR_BOUNCES + FAR_BOUNCES + 2);
 
-/// Square of the height in square metres that a bounce is lifted by, which bounds its level at a listener beside it: that of a disc of
-/// 0.7 m radius.
-const LIFTED_M2: f32 = 0.5 * 0.7 * 0.7;
+/// Radius in metres over which a bounce is spread, which bounds its level at a listener beside it.
+const SPREAD_M: f32 = 0.7;
 
 /// Arrivals computed at once.
 const ARRIVAL_LANES: usize = 16;
@@ -136,10 +134,8 @@ impl SecondarySources {
         scene: &Scene,
         field: &SceneField,
         buffers: &mut TraceBuffers,
-        rotation: u64,
         rays: &mut u64,
     ) {
-        let start = start_of(rotation);
         let TraceBuffers {
             near,
             far,
@@ -152,30 +148,23 @@ impl SecondarySources {
         self.visible.clear();
         self.invalidate_visibility();
         let sources = &mut self.sources;
-        select_from(
-            near,
-            f64::from,
-            NEAR_BOUNCES,
-            start,
-            sums,
-            |bounce, gain| {
-                let patch = deposits.add(scene, field, &bounce, gain, false, rays);
-                let air = exp_neg(&scene.air_np_per_m().map(|m| 2.0 * m * bounce.length_m));
-                let leaving = &bounce.energy.leaving;
-                sources.push(SecondarySource {
-                    point: bounce.point,
-                    normal: bounce.normal,
-                    surface: bounce.surface,
-                    before_m: bounce.length_m,
-                    energy: std::array::from_fn(|b| leaving[b] * gain * air[b]),
-                    patch,
-                    is_visible: false,
-                });
-            },
-        );
+        select_from(near, f64::from, NEAR_BOUNCES, sums, |bounce, gain| {
+            let patch = deposits.add(scene, field, &bounce, gain, false, rays);
+            let air = exp_neg(&scene.air_np_per_m().map(|m| 2.0 * m * bounce.length_m));
+            let leaving = &bounce.energy.leaving;
+            sources.push(SecondarySource {
+                point: bounce.point,
+                normal: bounce.normal,
+                surface: bounce.surface,
+                before_m: bounce.length_m,
+                energy: std::array::from_fn(|b| leaving[b] * gain * air[b]),
+                patch,
+                is_visible: false,
+            });
+        });
         // Beyond, the square root: late bounces have little energy, but nothing else arrives then.
         let root = |weight: f32| f64::from(weight).sqrt();
-        select_from(far, root, FAR_BOUNCES, start, sums, |bounce, gain| {
+        select_from(far, root, FAR_BOUNCES, sums, |bounce, gain| {
             deposits.add(scene, field, &bounce, gain, true, rays);
         });
     }
@@ -253,7 +242,6 @@ fn select_from(
     bounces: &BounceBuffer,
     selection_weight: impl Fn(f32) -> f64,
     count: usize,
-    start: f64,
     sums: &mut Vec<f64>,
     mut take: impl FnMut(Bounce, f32),
 ) {
@@ -267,8 +255,8 @@ fn select_from(
     if !(stride > 0.0 && stride.is_finite()) {
         return;
     }
-    // Marks are at (n + start) strides along the cumulative weight.
-    let mut mark = start * stride;
+    // Marks are at (n + ½) strides along the cumulative weight.
+    let mut mark = 0.5 * stride;
     let mut index = 0;
     loop {
         // Most bounces have no mark: steps of eight first.
@@ -290,25 +278,6 @@ fn select_from(
         take(bounces.bounce(index), gain);
         index += 1;
     }
-}
-
-/// Start of a rotation's marks, in strides. Rotations whose lattices have one height have bounces at one place in the list, and starts
-/// a quarter apart.
-fn start_of(rotation: u64) -> f64 {
-    let [along, around] = interleaved_shift(rotation).map(f64::from);
-    let parts = f64::from(INTERLEAVED_PARTS);
-    (around + (along + 0.5) / parts) / parts
-}
-
-/// Energy by Lambert's law for a unit that leaves a surface, at a squared distance and a height above it in metres. The surface is spread
-/// over a disc of the radius r with `lifted_m2` = r² / 2: height and distance are those from so far below. So many such surfaces
-/// side by side are heard alike at any height, as by the law itself. A bound on the distance alone would take energy
-/// away: up to a quarter of all that a room hears.
-#[inline(always)]
-pub(crate) fn lifted_kernel(square_m2: f32, height_m: f32, lifted_m2: f32) -> f32 {
-    let reach_m2 = square_m2 + lifted_m2;
-    let height_m = (height_m * height_m + lifted_m2).sqrt();
-    height_m / (std::f32::consts::PI * reach_m2 * reach_m2.sqrt())
 }
 
 /// A listener, and the air around.
@@ -384,46 +353,14 @@ impl Connections {
             let [x, y, z] = [self.offset[0][l], self.offset[1][l], self.offset[2][l]];
             let n = [self.normal[0][l], self.normal[1][l], self.normal[2][l]];
             let length_m = (x * x + y * y + z * z).sqrt();
-            let height = n[0] * x + n[1] * y + n[2] * z;
+            let cosine = (n[0] * x + n[1] * y + n[2] * z).max(0.0) / length_m.max(1e-6);
             after_m[l] = length_m;
-            kernel[l] = match height > 0.0 {
-                true => lifted_kernel(length_m * length_m, height, LIFTED_M2),
-                false => 0.0,
-            };
+            kernel[l] =
+                cosine / (std::f32::consts::PI * (length_m * length_m + SPREAD_M * SPREAD_M));
         }
         for l in 0..ARRIVAL_LANES {
             delay_s[l] = f64::from(self.before_m[l] + after_m[l]) / receiver.speed_m_s;
         }
         (after_m, kernel, delay_s)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Energy of an infinite surface, by law 2 for a unit that leaves each square metre.
-    #[test]
-    fn a_surface_is_heard_alike_at_any_height() {
-        for height_m in [0.02, 0.2, 1.0, 3.0] {
-            let (mut sum, mut ring_m) = (0.0, 0.005f32);
-            while ring_m < 500.0 {
-                let width_m = 0.01 * ring_m.max(0.5);
-                let area_m2 = std::f32::consts::TAU * ring_m * width_m;
-                let square_m2 = ring_m * ring_m + height_m * height_m;
-                sum += area_m2 * lifted_kernel(square_m2, height_m, LIFTED_M2);
-                ring_m += width_m;
-            }
-            assert!((sum - 2.0).abs() < 0.04, "{height_m} m: {sum}");
-        }
-    }
-
-    #[test]
-    fn starts_of_rotations_are_evenly_spread() {
-        let mut starts: Vec<f64> = (0..16).map(start_of).collect();
-        starts.sort_by(f64::total_cmp);
-        for (index, start) in starts.into_iter().enumerate() {
-            assert_eq!(start, (index as f64 + 0.5) / 16.0);
-        }
     }
 }

@@ -25,9 +25,9 @@ pub struct SourceRays<'a> {
     pub field: &'a SceneField,
     /// The source's pose and settings; its directivity weights the rays.
     pub pose: SourcePose,
-    /// The rotation's lattice ([`crate::propagation::rays::directions::lattice_of`]), one unit vector per ray.
+    /// The lattice ([`crate::propagation::rays::directions::lattice`]), one unit vector per ray.
     pub directions: &'a [Vec3],
-    /// Turn of the lattices of all rotations.
+    /// Rotation of the lattice.
     pub turn: Mat3,
     /// Index of the rotation, `update % ROTATIONS`.
     pub rotation: u64,
