@@ -1,7 +1,12 @@
 //! An update that the caller interrupts leaves its result as it was and later updates right.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
+#![expect(
+    clippy::disallowed_methods,
+    reason = "the test waits for the propagation thread"
+)]
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
@@ -101,15 +106,20 @@ fn an_interrupted_update_changes_no_result() -> Result<()> {
     Ok(())
 }
 
-/// Whether updates wait, whether one does, and the numbers of those that have begun.
+/// Whether updates wait, whether one does, its number, and how often an update of that number has begun.
 static HOLD: AtomicBool = AtomicBool::new(false);
 static IS_HELD: AtomicBool = AtomicBool::new(false);
-static BEGUN: Mutex<Vec<u64>> = Mutex::new(Vec::new());
+static HELD: AtomicU64 = AtomicU64::new(u64::MAX);
+static BEGINS: AtomicUsize = AtomicUsize::new(0);
 
 fn hold_on_request(update: u64) {
-    BEGUN.lock().expect("no panic").push(update);
-    while HOLD.load(Ordering::Acquire) {
+    if HOLD.load(Ordering::Acquire) {
+        HELD.store(update, Ordering::Release);
         IS_HELD.store(true, Ordering::Release);
+    }
+    let is_held = HELD.load(Ordering::Acquire) == update;
+    BEGINS.fetch_add(usize::from(is_held), Ordering::AcqRel);
+    while HOLD.load(Ordering::Acquire) {
         thread::sleep(Duration::from_millis(1));
     }
 }
@@ -140,13 +150,10 @@ fn a_jump_ends_the_update_under_way() -> Result<()> {
         tick(-1.5)?;
     }
     let before = tick(-1.5)?;
-    let held = BEGUN.lock().expect("no panic").last().copied();
     tick(1.5)?;
     HOLD.store(false, Ordering::Release);
     while tick(1.5)? < before + 2 {}
-    let begun = BEGUN.lock().expect("no panic");
-    let begins = begun.iter().filter(|update| Some(**update) == held).count();
     // Its number is that of the first update for the new place.
-    assert_eq!(begins, 2, "{held:?} of {begun:?}");
+    assert_eq!(BEGINS.load(Ordering::Acquire), 2);
     Ok(())
 }
