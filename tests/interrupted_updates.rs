@@ -12,7 +12,9 @@ use std::time::Duration;
 
 use foresound::glam::Vec3;
 use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator, Serial, Workers};
-use foresound::runtime::{AffinityPolicy, Engine, EngineSettings, FrameTime};
+use foresound::runtime::{
+    AffinityPolicy, Engine, EngineSettings, FrameTime, VirtualClock, VirtualEngine,
+};
 use foresound::scene::procedural;
 use foresound::{ListenerPose, MaterialTable, Result, Scene, SceneSettings, SourceId, SourcePose};
 
@@ -155,5 +157,35 @@ fn a_jump_ends_the_update_under_way() -> Result<()> {
     while tick(1.5)? < before + 2 {}
     // Its number is that of the first update for the new place.
     assert_eq!(BEGINS.load(Ordering::Acquire), 2);
+    Ok(())
+}
+
+/// An update that lengthens a source's delay line is dropped like others.
+#[test]
+fn a_jump_drops_an_update_that_lengthens_a_delay_line() -> Result<()> {
+    let mut engine =
+        VirtualEngine::new(EngineSettings::default(), VirtualClock::at_level(60.0, 12))?;
+    let mesh = procedural::shoebox(Vec3::new(150.0, 10.0, 20.0), "brick");
+    let table = MaterialTable::built_in();
+    let scene = Scene::commit(&mesh, &table, &SceneSettings::default())?;
+    let middle = (scene.report().bounds_min + scene.report().bounds_max) / 2.0;
+    engine.controller().set_scene(Arc::new(scene))?;
+    engine.controller().add_source(middle - 60.0 * Vec3::X)?;
+    let tick = |engine: &mut VirtualEngine, x: f32| -> Result<u64> {
+        engine.tick(ListenerPose::facing(middle + x * Vec3::X, 0.0), &[])?;
+        while engine.next_block().is_some() {}
+        Ok(engine.controller().statistics().updates)
+    };
+    // When an update arrives the next one begins: after the second loop the first one with the far source, 0.35 s away.
+    while tick(&mut engine, -60.0)? < 3 {}
+    engine.controller().add_source(middle + 60.0 * Vec3::X)?;
+    while tick(&mut engine, -60.0)? < 4 {}
+    assert_eq!(tick(&mut engine, -60.0)?, 4);
+    // Late energy at the new place takes two graphics frames, the rest of the update under way eleven.
+    let mut frames = 1;
+    while tick(&mut engine, -55.0)? < 5 {
+        frames += 1;
+    }
+    assert!(frames <= 4, "{frames} graphics frames");
     Ok(())
 }

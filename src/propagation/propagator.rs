@@ -279,8 +279,8 @@ impl Propagator {
         self.update_with(&Serial, listener, sources, time_s, result);
     }
 
-    /// [`Self::update`] on the caller's workers. Their number does not change a bit of the result. After
-    /// [`Workers::is_interrupted`] the result is as it was before; what was found out until then is kept.
+    /// [`Self::update`] on the caller's workers. Their number does not change a bit of the result. Where
+    /// [`Workers::is_interrupted`] becomes true, the update ends early and `result` stays as it was.
     pub fn update_with(
         &mut self,
         workers: &impl Workers,

@@ -49,8 +49,8 @@ pub trait Workers: Sync {
         second: impl Fn(usize, &mut B, &mut S) + Sync,
     );
 
-    /// Whether the caller no longer wants the result of the update under way. Once true it stays so until the update returns, which
-    /// it then does soon, without a result.
+    /// Whether the caller no longer wants the result of the update under way. Each thread of the update asks before each job. Once
+    /// true it stays so until the update returns, which it then does soon, without a result.
     fn is_interrupted(&self) -> bool {
         false
     }

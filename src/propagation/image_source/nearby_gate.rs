@@ -85,7 +85,8 @@ impl MirrorEnergies {
 /// Energy, identity and index of a path.
 pub(crate) type RankedPath = (f32, PathId, u32);
 
-/// Keeps the loudest [`MAX_NEARBY`], in any order. `ranks` is scratch memory: paths are large, so these are sorted.
+/// Keeps the loudest [`MAX_NEARBY`], in any order. Paths are large, so their ranks are sorted instead, in `ranks`,
+/// which is scratch memory.
 pub(crate) fn keep_loudest(nearby: &mut Vec<Path>, ranks: &mut Vec<RankedPath>) {
     if nearby.len() <= MAX_NEARBY {
         return;

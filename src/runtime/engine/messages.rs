@@ -134,7 +134,7 @@ impl ListenerUpdate {
 }
 
 impl UpdateMessage {
-    /// Whether other state than paths travels with it.
+    /// Whether a scene, an extrapolator or a predictor travels with it.
     pub(super) fn has_replacements(&self) -> bool {
         self.extrapolator.is_some() || self.scenes.is_some() || self.predictor.is_some()
     }

@@ -18,7 +18,7 @@ pub(crate) struct JumpWatch {
 }
 
 impl JumpWatch {
-    /// Takes a graphics frame; returns whether somebody was put elsewhere since the one before.
+    /// Takes a graphics frame; returns whether a listener or a source was put elsewhere since the one before.
     pub(crate) fn observe(
         &mut self,
         time_s: f64,
