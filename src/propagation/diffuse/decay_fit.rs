@@ -28,6 +28,9 @@ const SLOW_RANGE: f32 = 3.2e-5;
 /// Share of that span after which its fit starts.
 const SLOW_START: f32 = 0.5;
 
+/// Least ratio of the rates in two doublings of time: a smaller one is noise.
+const LEAST_CHANGE: f64 = 0.7;
+
 /// Ratio of the decay rates, in octaves, up to which they are one and from which on they are two.
 const ONE_DECAY: f64 = 1.0;
 const TWO_DECAYS: f64 = 2.0;
@@ -200,7 +203,10 @@ fn slow_slope(energy: &[BandArray; STEPS], band: usize) -> Option<f64> {
     let half = (SLOW_START * end as f32) as usize;
     let mut levels = energy.map(|energy| energy[band]);
     if energy[half..end].iter().all(is_audible) {
-        return slope(&levels[half..end]);
+        let rate = slope(&levels[half..end])?;
+        // In the next doubling of time the rate changes by the ratio of the last one.
+        let before = slope(&levels[half / 2..half]).unwrap_or(rate);
+        return Some(rate * (rate / before.max(f64::MIN_POSITIVE)).clamp(LEAST_CHANGE, 1.0));
     }
     for step in (1..end).rev() {
         levels[step - 1] = levels[step - 1].max(levels[step]);

@@ -4,6 +4,7 @@
 //! and arrives at many patches alike: with the same ends for all, it would come in bursts with gaps between them. So ends
 //! differ from one pair of patches to the next.
 
+use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::envelope::STEPS;
 use crate::propagation::rays::directions::{mix, unit};
@@ -13,6 +14,9 @@ const SPAN_ENDS: [f32; SPANS - 1] = [
     1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 8.5, 10.5, 13.5, 17.0, 21.5, 27.0, 34.0, 43.0, 54.0, 68.0, 86.0,
 ];
 pub(crate) const SPANS: usize = 18;
+
+/// Time steps that delays are spread over: the responses and half of the longest span.
+const BEYOND: usize = STEPS + 24;
 
 /// Least factor of the varied ends, and their range: the ratio of two ends.
 const VARIED: (f32, f32) = (0.88, 0.25);
@@ -107,41 +111,68 @@ impl DelaySums {
         &self.of_patches[(from * SPANS + span) * self.patches..][..self.patches]
     }
 
-    /// Energy heard of a patch.
-    pub(crate) fn leaving(&self, patch: usize) -> BandArray {
-        let sums = self.of_patches.iter().skip(patch).step_by(self.patches);
-        sums.fold([0.0; BANDS], |total, sum| {
-            std::array::from_fn(|b| total[b] + sum.leaving[b])
-        })
+    /// Energy heard of a patch in a field that decays with `rates` in nepers of energy per time step.
+    pub(crate) fn leaving(&self, patch: usize, rates: &BandArray) -> BandArray {
+        let mut total = [0.0; BANDS];
+        for sum in self.of_patches.iter().skip(patch).step_by(self.patches) {
+            let Some(delay) = sum.delay() else { continue };
+            let lost = exp_neg(&rates.map(|rate| rate * delay));
+            for b in 0..BANDS {
+                total[b] += sum.leaving[b] / lost[b];
+            }
+        }
+        total
     }
 
     /// Energy that leaves all patches in each time step, of energy that begins in the air. `responses` are those of the
     /// scene's late field.
     pub(crate) fn decay_of_air(&self, responses: &[BandArray]) -> [BandArray; STEPS] {
         let mut total = [[0.0; BANDS]; STEPS];
-        for (index, sum) in self.of_air.iter().enumerate() {
-            let Some(delay) = sum.delay() else { continue };
-            let (first, from) = (delay.round() as usize, index % self.patches);
-            if first >= STEPS {
-                continue;
+        for (span, sums) in self.of_air.chunks_exact(self.patches.max(1)).enumerate() {
+            let mut of_span = [[0.0; BANDS]; BEYOND];
+            for (from, sum) in sums.iter().enumerate() {
+                let Some(delay) = sum.delay() else { continue };
+                let first = delay.round() as usize;
+                if first >= BEYOND {
+                    continue;
+                }
+                for (total, leaving) in of_span[first].iter_mut().zip(sum.leaving) {
+                    *total += leaving;
+                }
+                for response in responses
+                    .chunks_exact(STEPS)
+                    .skip(from)
+                    .step_by(self.patches)
+                {
+                    for (total, response) in of_span[first..].iter_mut().zip(response) {
+                        for b in 0..BANDS {
+                            total[b] += sum.scattered[b] * response[b];
+                        }
+                    }
+                }
             }
-            for (total, leaving) in total[first].iter_mut().zip(sum.leaving) {
-                *total += leaving;
-            }
-            for response in responses
-                .chunks_exact(STEPS)
-                .skip(from)
-                .step_by(self.patches)
-            {
-                for (total, response) in total[first..].iter_mut().zip(response) {
+            let half = half_width(span);
+            let share = 1.0 / (2 * half + 1) as f32;
+            for (step, total) in total.iter_mut().enumerate() {
+                for of_span in &of_span[step.saturating_sub(half)..=step + half] {
                     for b in 0..BANDS {
-                        total[b] += sum.scattered[b] * response[b];
+                        total[b] += share * of_span[b];
                     }
                 }
             }
         }
         total
     }
+}
+
+/// Half of the length of a span in time steps, rounded down; the last one is as long as that before.
+fn half_width(span: usize) -> usize {
+    let end = SPAN_ENDS[span.min(SPANS - 2)];
+    let start = match span.min(SPANS - 2) {
+        0 => 0.0,
+        span => SPAN_ENDS[span - 1],
+    };
+    (0.5 * (end - start)) as usize
 }
 
 /// Span of a delay in time steps.

@@ -8,13 +8,17 @@
 
 use glam::Vec3;
 
-use crate::acoustics::BandArray;
+use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::surface_samples::SurfaceSample;
 use crate::propagation::rays::directions::{mix, unit};
 
 /// Spans of distance; each ends farther than the one before by [`RATIO`].
 const SPANS: usize = 12;
 const RATIO: f32 = 1.5;
+
+/// Times, and their length in time steps: until [`crate::propagation::diffuse::delay_sums::LONGEST`].
+const TIMES: usize = 16;
+const STEPS_PER_TIME: f32 = 6.0;
 
 /// Rays longer than a span from which on its share is theirs: their scatter is a quarter.
 const MIN_RAYS: u32 = 16;
@@ -35,11 +39,11 @@ struct AirPoint {
 /// Sums of a patch.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sums {
-    /// Lengths in metres within each span of specular legs, and energy that is heard along them.
-    legs_m: [f32; SPANS],
-    heard: BandArray,
+    /// By time: lengths in metres within each span of specular legs times their energy, and energy that is heard along them.
+    legs: [[f32; SPANS]; TIMES],
+    heard: [BandArray; TIMES],
     /// Energy that is heard of rays that meet nothing.
-    missing: BandArray,
+    missing: [BandArray; TIMES],
     /// Lengths in metres within each span of rays by Lambert's law, their number, and number of those that are longer.
     rays_m: [f32; SPANS],
     rays: f32,
@@ -109,19 +113,28 @@ impl SpecularLegs {
         });
     }
 
-    /// Adds a specular leg that leaves a patch, and the energy that is heard along it; `None` if it meets nothing.
-    pub(crate) fn add_leg(&mut self, patch: usize, length_m: Option<f32>, heard: &BandArray) {
+    /// Adds a specular leg that leaves a patch some time steps after its ray began, with an energy, of which `heard` is heard along
+    /// the leg; `None` if it meets nothing.
+    pub(crate) fn add_leg(
+        &mut self,
+        patch: usize,
+        steps: f32,
+        length_m: Option<f32>,
+        [energy, heard]: [&BandArray; 2],
+    ) {
         let sums = &mut self.sums[patch];
+        let time = ((steps / STEPS_PER_TIME) as usize).min(TIMES - 1);
         let total = match length_m {
-            Some(_) => &mut sums.heard,
-            None => &mut sums.missing,
+            Some(_) => &mut sums.heard[time],
+            None => &mut sums.missing[time],
         };
         for (total, heard) in total.iter_mut().zip(heard) {
             *total += heard;
         }
         let Some(length_m) = length_m else { return };
-        for (sum, (start_m, end_m)) in sums.legs_m.iter_mut().zip(Self::spans(self.first_m)) {
-            *sum += (length_m.min(end_m) - start_m).max(0.0);
+        let energy: f32 = energy.iter().sum();
+        for (sum, (start_m, end_m)) in sums.legs[time].iter_mut().zip(Self::spans(self.first_m)) {
+            *sum += energy * (length_m.min(end_m) - start_m).max(0.0);
         }
     }
 
@@ -153,10 +166,12 @@ impl SpecularLegs {
         self.air.clear();
     }
 
-    /// Computes what is heard, after all has been added; `leaving` is the energy heard of a patch.
-    pub(crate) fn finish(&mut self, leaving: impl Fn(usize) -> BandArray) {
+    /// Computes what is heard of a field that decays with `rates` in nepers of energy per time step, after all has been added;
+    /// `leaving` is the energy heard of a patch in such a field.
+    pub(crate) fn finish(&mut self, rates: &BandArray, leaving: impl Fn(usize) -> BandArray) {
         let first_m = self.first_m;
-        let of_sums = |(patch, sums): (usize, &Sums)| Reach::of(sums, first_m, &leaving(patch));
+        let of_sums =
+            |(patch, sums): (usize, &Sums)| Reach::of(sums, first_m, rates, &leaving(patch));
         self.reach.clear();
         self.reach.extend(self.sums.iter().enumerate().map(of_sums));
     }
@@ -179,15 +194,30 @@ impl SpecularLegs {
 }
 
 impl Reach {
-    fn of(sums: &Sums, first_m: f32, leaving: &BandArray) -> Self {
+    fn of(sums: &Sums, first_m: f32, rates: &BandArray, leaving: &BandArray) -> Self {
         let mut reach = Self::default();
+        let (mut legs, mut heard, mut missing) = ([0.0; SPANS], [0.0; BANDS], [0.0; BANDS]);
+        let mean_rate = rates.iter().sum::<f32>() / BANDS as f32;
+        for time in 0..TIMES {
+            // What left so long ago has left a field with more energy.
+            let steps = (time as f32 + 0.5) * STEPS_PER_TIME;
+            let more = (mean_rate * steps).exp();
+            for (sum, legs) in legs.iter_mut().zip(sums.legs[time]) {
+                *sum += more * legs;
+            }
+            for b in 0..BANDS {
+                let more = (rates[b] * steps).exp();
+                heard[b] += more * sums.heard[time][b];
+                missing[b] += more * sums.missing[time][b];
+            }
+        }
         let spans = SpecularLegs::spans(first_m);
         for ((open, rays_m), (start_m, end_m)) in reach.open.iter_mut().zip(sums.rays_m).zip(spans)
         {
             let share = rays_m / (sums.rays * (end_m - start_m)).max(1e-6);
             *open = 1.0 / share.max(1.0 / MOST_OF_MISSING);
         }
-        let total_m: f32 = sums.legs_m.iter().sum();
+        let total_m: f32 = legs.iter().sum();
         if total_m <= 0.0 {
             return reach;
         }
@@ -196,11 +226,11 @@ impl Reach {
             let first = span;
             let (mut legs_m, mut by_law_m, mut points) = (0.0, 0.0, 0);
             if sums.longer[first] >= MIN_RAYS {
-                (legs_m, by_law_m) = (sums.legs_m[first], sums.rays_m[first] / sums.rays);
+                (legs_m, by_law_m) = (legs[first], sums.rays_m[first] / sums.rays);
                 span += 1;
             } else {
                 while span < SPANS && points < MIN_POINTS {
-                    legs_m += sums.legs_m[span];
+                    legs_m += legs[span];
                     by_law_m += sums.points_m[span];
                     points += sums.points[span];
                     span += 1;
@@ -219,8 +249,8 @@ impl Reach {
             true => (part / whole).min(1.0),
             false => 0.0,
         };
-        reach.share_along = std::array::from_fn(|b| share(sums.heard[b], leaving[b]));
-        reach.share_open = std::array::from_fn(|b| share(sums.missing[b], leaving[b]));
+        reach.share_along = std::array::from_fn(|b| share(heard[b], leaving[b]));
+        reach.share_open = std::array::from_fn(|b| share(missing[b], leaving[b]));
         reach
     }
 }
@@ -228,7 +258,6 @@ impl Reach {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::acoustics::BANDS;
 
     /// A patch's specular legs, and its rays by Lambert's law.
     fn legs(lengths_m: &[f32], by_law_m: &[f32]) -> SpecularLegs {
@@ -239,10 +268,12 @@ mod tests {
                 legs.add_ray(0, Some(*length_m));
             }
             for length_m in lengths_m {
-                legs.add_leg(0, Some(*length_m), &[1.0; BANDS]);
+                legs.add_leg(0, 0.0, Some(*length_m), [&[1.0; BANDS]; 2]);
             }
         }
-        legs.finish(|_| [(MIN_RAYS as usize * lengths_m.len()) as f32; BANDS]);
+        legs.finish(&[0.0; BANDS], |_| {
+            [(MIN_RAYS as usize * lengths_m.len()) as f32; BANDS]
+        });
         legs
     }
 
@@ -265,12 +296,32 @@ mod tests {
         assert!((far / near - 2.0).abs() < 0.05, "{near}, {far}");
     }
 
+    /// A long leg late with a tenth of the energy of a short one: in a field that decays by as much until then, half of the energy.
+    #[test]
+    fn late_legs_count_by_the_energy_of_the_field() {
+        let far_share = |rate: f32| {
+            let mut legs = SpecularLegs::default();
+            legs.begin(1, 2.0);
+            for _ in 0..MIN_RAYS {
+                legs.add_ray(0, Some(30.0));
+                legs.add_leg(0, 0.0, Some(5.0), [&[1.0; BANDS]; 2]);
+                legs.add_leg(0, 48.0, Some(30.0), [&[0.1; BANDS]; 2]);
+            }
+            legs.finish(&[rate; BANDS], |_| [1e3; BANDS]);
+            let [near, far] = [0, 5].map(|span| legs.reach[0].along[span]);
+            far / near
+        };
+        let (steady, decaying) = (far_share(0.0), far_share(10f32.ln() / 51.0));
+        assert!((steady - 0.1 / 1.1).abs() < 0.03, "{steady}");
+        assert!((decaying - 0.5).abs() < 0.1, "{decaying}");
+    }
+
     #[test]
     fn a_patch_without_specular_legs_is_heard_by_lamberts_law() {
         let mut legs = SpecularLegs::default();
         legs.begin(1, 2.0);
         legs.add_ray(0, None);
-        legs.finish(|_| [1.0; BANDS]);
+        legs.finish(&[0.0; BANDS], |_| [1.0; BANDS]);
         assert_eq!(legs.factor(0, 3.0, 4.0), [1.0; BANDS]);
     }
 }

@@ -10,7 +10,7 @@ use glam::Vec3;
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Hit, Ray};
 use crate::propagation::diffuse::sample_search::SampleSearch;
-use crate::propagation::rays::directions::{lambert_direction, mix, unit};
+use crate::propagation::rays::directions::lambert_direction;
 use crate::scene::Scene;
 
 /// Most patches: the responses of pairs are stored and added up for every listener position. With 40 the law late/slopes has
@@ -268,12 +268,16 @@ pub(crate) fn raised(
     ray.at(cast(&ray).map_or(HEIGHT_M, |hit| 0.5 * hit.t))
 }
 
+/// Steps of an R4 low-discrepancy sequence (\[ROBERTS18\]) that the points' R2 sequence has no part in.
+const RAY_STEP: [f64; 2] = [0.856_674_883_854_502_9, 0.538_597_257_220_986];
+
 /// Ray `number` of `count` from a sample, by Lambert's law.
 pub(crate) fn probe_ray(sample: &SurfaceSample, index: usize, number: usize, count: usize) -> Ray {
-    let shift = mix(index as u64);
-    let u = (number as f32 + unit(shift)) / count as f32;
+    // Neighbours in the list are on one surface: their rays together are even as well.
+    let shift = |step: f64| (index as f64 * step).fract() as f32;
+    let u = (number as f32 + shift(RAY_STEP[0])) / count as f32;
     // The golden ratio spreads the second coordinate.
-    let v = (number as f32 * 0.618_034 + unit(mix(shift))).fract();
+    let v = (number as f32 * 0.618_034 + shift(RAY_STEP[1])).fract();
     Ray::new(sample.point, lambert_direction(sample.normal, u.fract(), v))
 }
 

@@ -18,7 +18,7 @@ use crate::propagation::diffuse::decay_fit::{
     CommonDecays, FITTED_FROM_DB, FirstLegs, PatchDecays, fall_db, sum_of,
 };
 use crate::propagation::diffuse::delay_sums::{Arrival, DelaySums, LONGEST, SPANS};
-use crate::propagation::diffuse::envelope::STEPS;
+use crate::propagation::diffuse::envelope::{NEPERS_OF_60_DB, STEPS};
 use crate::propagation::diffuse::slowest_decay::slowest_decay;
 use crate::propagation::diffuse::specular_legs::SpecularLegs;
 use crate::propagation::diffuse::surface_samples::{
@@ -55,6 +55,10 @@ const MIN_SHARE: f32 = 1e-3;
 
 /// Share of a patch's radiated energy below which a transport is left out.
 const NEGLIGIBLE: f32 = 1e-7;
+
+/// Fastest decay of the field that specular legs are weighed for, in nepers of energy per time step: 87 dB in the responses. Energies of
+/// [`LONGEST`] ago stay finite.
+const FASTEST: f32 = 0.25;
 
 /// Range of time steps in seconds.
 const STEP_RANGE_S: (f32, f32) = (0.001, 0.05);
@@ -150,7 +154,6 @@ impl SceneField {
             respond(LaneSet::best(), &transports, to as u16, response);
         }
         self.sum_spans();
-        self.find_reach(scene, sums, rays);
         let total = sums.decay_of_air(&self.responses);
         let slowest = match fall_db(&total).iter().all(|fall| *fall >= FITTED_FROM_DB) {
             true => [0.0; BANDS],
@@ -164,6 +167,7 @@ impl SceneField {
             slowest: &slowest,
             first_legs: &self.first_legs,
         });
+        self.find_reach(scene, sums, rays);
     }
 
     /// Whether there are closed spaces that had no occupant.
@@ -233,7 +237,11 @@ impl SceneField {
             let leg = Ray::between(sample.point, point);
             !scene.any_hit(&leg, [sample.surface, NO_GROUP])
         });
-        self.specular.finish(|patch| sums.leaving(patch));
+        let step_s = self.step_s;
+        let rate = |time_s: f32| (NEPERS_OF_60_DB as f32 * step_s / time_s).min(FASTEST);
+        let rates = self.decays.times_s[0].map(rate);
+        self.specular
+            .finish(&rates, |patch| sums.leaving(patch, &rates));
     }
 
     /// Traces the rays of a range of samples.
@@ -266,8 +274,8 @@ impl SceneField {
                         let leg_m = hit.map(|hit| hit.t);
                         let factor = self.samples.leg_factor(patch, leg_m);
                         let heard = share.map(|share| share * factor);
-                        self.specular.add_leg(patch, leg_m, &heard);
                         let steps = length_m / step_m;
+                        self.specular.add_leg(patch, steps, leg_m, [&share, &heard]);
                         let arrival = Arrival {
                             from,
                             to: patch,
