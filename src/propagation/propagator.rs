@@ -28,7 +28,9 @@ use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::image_source::window_cull::{CandidateCull, CullViews};
 use crate::propagation::path::{PathId, PathSet};
 use crate::propagation::quality_level::PropagationQuality;
-use crate::propagation::rays::directions::{ROTATIONS, fill_lattice, lattice};
+use crate::propagation::rays::directions::{
+    ROTATIONS, fill_interleaved_lattices, fill_lattice, interleaved_lattices, lattice,
+};
 use crate::propagation::scene_revision::SceneRevision;
 use crate::propagation::settings::PropagationSettings;
 use crate::propagation::source_task::{
@@ -172,7 +174,7 @@ impl Propagator {
             listeners: Vec::new(),
             guide_directions: lattice(count),
             few_directions: Vec::new(),
-            source_directions: lattice(settings.source_rays),
+            source_directions: interleaved_lattices(settings.source_rays),
             shares: (0..SHARES)
                 .map(|_| GuideShare::with_capacity(sequences))
                 .collect(),
@@ -217,7 +219,7 @@ impl Propagator {
             fill_lattice(&mut self.guide_directions, quality.guide_rays);
         }
         if quality.source_rays != self.quality.source_rays {
-            fill_lattice(&mut self.source_directions, quality.source_rays);
+            fill_interleaved_lattices(&mut self.source_directions, quality.source_rays);
         }
         self.quality = quality;
         self.active_settings = PropagationSettings {

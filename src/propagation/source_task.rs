@@ -27,7 +27,7 @@ use crate::propagation::image_source::valid_cache::ValidCache;
 use crate::propagation::image_source::validation_queue::ValidationQueue;
 use crate::propagation::image_source::window_cull::CandidateCull;
 use crate::propagation::quality_level::PropagationQuality;
-use crate::propagation::rays::directions::{ROTATIONS, rotation};
+use crate::propagation::rays::directions::{ROTATIONS, lattice_of, rotation};
 use crate::propagation::update_scope::UpdateScope;
 use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
@@ -91,7 +91,8 @@ pub(super) struct UpdateContext<'a> {
     /// See [`crate::propagation::Propagator::set_nearby_radius`].
     pub(super) nearby_m: Option<f64>,
     pub(super) energies: &'a MirrorEnergies,
-    /// Directions of the source rays before rotation.
+    /// Directions of the source rays of all rotations
+    /// ([`crate::propagation::rays::directions::interleaved_lattices`]), before they are turned.
     pub(super) directions: &'a [Vec3],
     /// What is searched for, and the highest reflection order of the search.
     pub(super) scope: &'a UpdateScope,
@@ -325,6 +326,12 @@ impl SourceTask {
                     // Each rotation starts at another point: their mean is that of a source with a size.
                     let offset = points.map(|points| points.of_rotation(turn, ROTATIONS));
                     let from = offset.map_or(source, |offset| source + offset);
+                    // The lattices of a point are interleaved; those of several points are one, turned by all rotations, or each
+                    // point would have its own directions.
+                    let (lattice, turned) = match offset {
+                        None => (turn, 0),
+                        Some(_) => (0, turn),
+                    };
                     let source_rays = SourceRays {
                         origin: match moves {
                             true => stable_viewpoint(scene, from, turn, rays),
@@ -333,8 +340,8 @@ impl SourceTask {
                         offset: offset.unwrap_or_default(),
                         field: context.scene_field,
                         pose: *pose,
-                        directions: context.directions,
-                        turn: rotation(turn, settings.seed),
+                        directions: lattice_of(context.directions, lattice),
+                        turn: rotation(turned, settings.seed),
                         rotation: turn % ROTATIONS,
                         depth: settings.depth,
                         scene_state: context.scene_state,

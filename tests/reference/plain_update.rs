@@ -15,7 +15,9 @@ use foresound::propagation::diffuse::{
 use foresound::propagation::endpoints::Endpoints;
 use foresound::propagation::image_source::image_path::ImagePath;
 use foresound::propagation::image_source::sequence::Sequence;
-use foresound::propagation::rays::directions::{ROTATIONS, fibonacci_direction, lattice, rotation};
+use foresound::propagation::rays::directions::{
+    ROTATIONS, fibonacci_direction, interleaved_lattices, lattice_of, rotation,
+};
 use foresound::propagation::{
     MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathSet, PropagationSettings, amplitude,
 };
@@ -279,7 +281,7 @@ impl PlainPropagator {
             .position
             .replace(origin)
             .is_some_and(|last| last != origin);
-        let directions = lattice(settings.source_rays);
+        let directions = interleaved_lattices(settings.source_rays);
         let mut scratch = RayScratch::with_capacity(1 << 16);
         for turn in update..update + ROTATIONS {
             let rays = SourceRays {
@@ -290,8 +292,8 @@ impl PlainPropagator {
                 offset: DVec3::ZERO,
                 field: &self.field,
                 pose: *pose,
-                directions: &directions,
-                turn: rotation(turn, settings.seed),
+                directions: lattice_of(&directions, turn),
+                turn: rotation(0, settings.seed),
                 rotation: turn % ROTATIONS,
                 depth: settings.depth,
                 scene_state: 0,

@@ -208,7 +208,9 @@ impl LateEstimator {
             sequences.clear();
             entry.cached.renew(scene, from, sequences, buffers, rays);
             self.sequences.replace(index, sequences.entries(), words);
-            entry.secondary.select(scene, from.field, buffers, rays);
+            entry
+                .secondary
+                .select(scene, from.field, buffers, from.first_mark(), rays);
             self.deposits.replace(index, buffers.deposits.as_slice());
         }
         self.has_new_rays |= is_new || !entry.filled;

@@ -134,6 +134,7 @@ impl SecondarySources {
         scene: &Scene,
         field: &SceneField,
         buffers: &mut TraceBuffers,
+        first_mark: f64,
         rays: &mut u64,
     ) {
         let TraceBuffers {
@@ -148,23 +149,30 @@ impl SecondarySources {
         self.visible.clear();
         self.invalidate_visibility();
         let sources = &mut self.sources;
-        select_from(near, f64::from, NEAR_BOUNCES, sums, |bounce, gain| {
-            let patch = deposits.add(scene, field, &bounce, gain, false, rays);
-            let air = exp_neg(&scene.air_np_per_m().map(|m| 2.0 * m * bounce.length_m));
-            let leaving = &bounce.energy.leaving;
-            sources.push(SecondarySource {
-                point: bounce.point,
-                normal: bounce.normal,
-                surface: bounce.surface,
-                before_m: bounce.length_m,
-                energy: std::array::from_fn(|b| leaving[b] * gain * air[b]),
-                patch,
-                is_visible: false,
-            });
-        });
+        select_from(
+            near,
+            f64::from,
+            NEAR_BOUNCES,
+            first_mark,
+            sums,
+            |bounce, gain| {
+                let patch = deposits.add(scene, field, &bounce, gain, false, rays);
+                let air = exp_neg(&scene.air_np_per_m().map(|m| 2.0 * m * bounce.length_m));
+                let leaving = &bounce.energy.leaving;
+                sources.push(SecondarySource {
+                    point: bounce.point,
+                    normal: bounce.normal,
+                    surface: bounce.surface,
+                    before_m: bounce.length_m,
+                    energy: std::array::from_fn(|b| leaving[b] * gain * air[b]),
+                    patch,
+                    is_visible: false,
+                });
+            },
+        );
         // Beyond, the square root: late bounces have little energy, but nothing else arrives then.
         let root = |weight: f32| f64::from(weight).sqrt();
-        select_from(far, root, FAR_BOUNCES, sums, |bounce, gain| {
+        select_from(far, root, FAR_BOUNCES, first_mark, sums, |bounce, gain| {
             deposits.add(scene, field, &bounce, gain, true, rays);
         });
     }
@@ -242,6 +250,7 @@ fn select_from(
     bounces: &BounceBuffer,
     selection_weight: impl Fn(f32) -> f64,
     count: usize,
+    first_mark: f64,
     sums: &mut Vec<f64>,
     mut take: impl FnMut(Bounce, f32),
 ) {
@@ -255,8 +264,8 @@ fn select_from(
     if !(stride > 0.0 && stride.is_finite()) {
         return;
     }
-    // Marks are at (n + ½) strides along the cumulative weight.
-    let mut mark = 0.5 * stride;
+    // Marks are at (n + first) strides along the cumulative weight.
+    let mut mark = first_mark * stride;
     let mut index = 0;
     loop {
         // Most bounces have no mark: steps of eight first.

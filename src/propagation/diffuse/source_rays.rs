@@ -6,6 +6,7 @@
 use glam::{DVec3, Mat3, Vec3};
 
 use crate::propagation::diffuse::transport::SceneField;
+use crate::propagation::rays::directions::{INTERLEAVED_PARTS, interleaved_shift};
 use crate::scene::SourcePose;
 
 /// Rays traced beyond the depth of discrete paths.
@@ -25,9 +26,9 @@ pub struct SourceRays<'a> {
     pub field: &'a SceneField,
     /// The source's pose and settings; its directivity weights the rays.
     pub pose: SourcePose,
-    /// The lattice ([`crate::propagation::rays::directions::lattice`]), one unit vector per ray.
+    /// The rotation's lattice ([`crate::propagation::rays::directions::lattice_of`]), one unit vector per ray.
     pub directions: &'a [Vec3],
-    /// Rotation of the lattice.
+    /// Turn of the lattices of all rotations.
     pub turn: Mat3,
     /// Index of the rotation, `update % ROTATIONS`.
     pub rotation: u64,
@@ -43,6 +44,15 @@ pub struct SourceRays<'a> {
 }
 
 impl SourceRays<'_> {
+    /// Where the selection of bounces begins, in strides ([`crate::propagation::diffuse::next_event`]). A point's rotations have
+    /// bounces at one place in the list, and begin a sixteenth apart.
+    pub(crate) fn first_mark(&self) -> f64 {
+        match self.offset == DVec3::ZERO {
+            true => first_mark_of(self.rotation),
+            false => 0.5,
+        }
+    }
+
     /// Number of rays.
     pub(crate) fn count(&self) -> usize {
         self.directions.len()
@@ -79,5 +89,26 @@ impl SourceRays<'_> {
     pub(crate) fn far_leg_index(&self, far: u8, step: usize) -> usize {
         let beyond = usize::from(far) * self.far_bounces() + step - self.near_bounces();
         self.count() * self.near_bounces() + beyond
+    }
+}
+
+fn first_mark_of(rotation: u64) -> f64 {
+    let [along, around] = interleaved_shift(rotation).map(f64::from);
+    let parts = f64::from(INTERLEAVED_PARTS);
+    (around + (along + 0.5) / parts) / parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::propagation::rays::directions::ROTATIONS;
+
+    #[test]
+    fn first_marks_of_rotations_are_evenly_spread() {
+        let mut marks: Vec<f64> = (0..ROTATIONS).map(first_mark_of).collect();
+        marks.sort_by(f64::total_cmp);
+        for (index, mark) in marks.into_iter().enumerate() {
+            assert_eq!(mark, (index as f64 + 0.5) / 16.0);
+        }
     }
 }

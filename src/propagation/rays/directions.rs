@@ -1,8 +1,8 @@
 //! Directions of guide and source rays, the same in every run.
 //!
 //! Guide rays: a spherical Fibonacci lattice (\[KEINERT15\]), turned by one of sixteen fixed rotations. Sixteen updates
-//! together sample as densely as one with sixteen times the rays. Source rays: the same lattice, then random bounces from a
-//! counter-based generator: a bounce depends on its ray alone, not on earlier traces.
+//! together sample as densely as one with sixteen times the rays. Source rays: sixteen interleaved lattices, which together are
+//! as even as one with sixteen times the rays, all turned by one rotation.
 
 use glam::{Mat3, Quat, Vec3};
 
@@ -12,13 +12,21 @@ pub const ROTATIONS: u64 = 16;
 /// 2⁶⁴ divided by the golden ratio, odd: the multiplier of hashes (Fibonacci hashing) and the step of SplitMix64.
 pub(crate) const GOLDEN_RATIO_64: u64 = 0x9e37_79b9_7f4a_7c15;
 
+/// Turns between neighbours in a spherical Fibonacci lattice: 1 / golden ratio².
+const GOLDEN_TURN: f64 = 0.381_966_011_250_105_1;
+
 /// Unit vector `index` of `count`, evenly spread over the sphere.
 pub fn fibonacci_direction(index: u32, count: u32) -> Vec3 {
-    // 2π / golden ratio², reduced in f64 to keep the precision of large indices.
-    const TURN: f64 = 0.381_966_011_250_105_1;
-    let height = 1.0 - (2.0 * f64::from(index) + 1.0) / f64::from(count);
+    // Reduced in f64 to keep the precision of large indices.
+    let turns = (f64::from(index) * GOLDEN_TURN).fract();
+    direction_at((f64::from(index) + 0.5) / f64::from(count), turns)
+}
+
+/// The unit vector below so many parts of the sphere's area, at an azimuth in turns.
+fn direction_at(area: f64, turns: f64) -> Vec3 {
+    let height = 1.0 - 2.0 * area;
     let radius = (1.0 - height * height).max(0.0).sqrt();
-    let angle = std::f64::consts::TAU * (f64::from(index) * TURN).fract();
+    let angle = std::f64::consts::TAU * turns;
     Vec3::new(
         (radius * angle.cos()) as f32,
         height as f32,
@@ -37,6 +45,47 @@ pub fn lattice(count: u32) -> Vec<Vec3> {
 pub fn fill_lattice(directions: &mut Vec<Vec3>, count: u32) {
     directions.clear();
     directions.extend((0..count).map(|i| fibonacci_direction(i, count)));
+}
+
+/// Parts of each period of a lattice that interleaved ones are shifted by.
+pub(crate) const INTERLEAVED_PARTS: u32 = 4;
+
+// Each shift once.
+const _: () = assert!((INTERLEAVED_PARTS * INTERLEAVED_PARTS) as u64 == ROTATIONS);
+
+/// Shifts of a rotation's lattice in parts of both periods: from one point to the next, and around. Of any first few rotations each is
+/// far from the others.
+pub(crate) fn interleaved_shift(rotation: u64) -> [u32; 2] {
+    let bit = |number: u32| (rotation >> number & 1) as u32;
+    [2 * bit(0) + bit(2), 2 * bit(1) + bit(3)]
+}
+
+/// `count` unit vectors, evenly spread over the sphere, for each of [`ROTATIONS`]: all together are as even as one lattice
+/// ([`interleaved_shift`]). Into existing memory; allocates only if it is too small.
+pub fn fill_interleaved_lattices(directions: &mut Vec<Vec3>, count: u32) {
+    let parts = f64::from(INTERLEAVED_PARTS);
+    directions.clear();
+    for rotation in 0..ROTATIONS {
+        let [along, around] = interleaved_shift(rotation).map(|shift| f64::from(shift) / parts);
+        directions.extend((0..count).map(|index| {
+            let index = f64::from(index) + along;
+            let area = (index + 0.5 / parts) / f64::from(count);
+            direction_at(area, (index * GOLDEN_TURN + around).fract())
+        }));
+    }
+}
+
+/// [`fill_interleaved_lattices`] into new memory.
+pub fn interleaved_lattices(count: u32) -> Vec<Vec3> {
+    let mut directions = Vec::new();
+    fill_interleaved_lattices(&mut directions, count);
+    directions
+}
+
+/// The one of [`interleaved_lattices`] of a rotation modulo [`ROTATIONS`].
+pub fn lattice_of(directions: &[Vec3], rotation: u64) -> &[Vec3] {
+    let count = directions.len() / ROTATIONS as usize;
+    &directions[(rotation % ROTATIONS) as usize * count..][..count]
 }
 
 /// Rotation number `update` modulo [`ROTATIONS`]: uniform over all rotations by Shoemake's map of an R3 low-discrepancy
@@ -96,6 +145,27 @@ mod tests {
             sum += d;
         }
         assert!(sum.length() < 2.0, "{sum}");
+    }
+
+    /// The nearest other direction of all rotations is as far as in one lattice of as many points; of independently turned lattices
+    /// it is on average half as far.
+    #[test]
+    fn interleaved_lattices_are_one_even_lattice() {
+        let count = 128;
+        let nearest = |all: &[Vec3]| -> f32 {
+            let of_others = |own: &Vec3| {
+                let others = all.iter().filter(|other| *other != own);
+                let distances = others.map(|other| other.distance(*own));
+                distances.fold(f32::INFINITY, f32::min)
+            };
+            all.iter().map(of_others).sum::<f32>() / all.len() as f32
+        };
+        let together = interleaved_lattices(count);
+        let one = lattice(count * ROTATIONS as u32);
+        assert!(nearest(&together) > 0.9 * nearest(&one));
+        let own = lattice_of(&together, 5);
+        assert_eq!(own.len(), count as usize);
+        assert!(nearest(own) > 0.9 * nearest(&lattice(count)));
     }
 
     #[test]
