@@ -136,9 +136,6 @@ impl ListenerField {
         self.patches.clear();
         self.patches.resize(patches, PatchView::default());
         let mut weights = [0.0f32; MAX_PATCHES];
-        // A sample is a disc of its area.
-        let spread_m2 = field.samples.area_m2 / std::f32::consts::PI;
-        let count = field.samples.all.len() as f32;
         for (sample, is_visible) in field.samples.all.iter().zip(&self.is_visible) {
             let offset = listener - sample.point;
             let square = offset.length_squared();
@@ -148,8 +145,10 @@ impl ListenerField {
                 continue;
             }
             let patch = usize::from(sample.patch);
-            let members = count * field.samples.share[patch];
-            let by_law = cosine / (std::f32::consts::PI * (square + spread_m2) * members);
+            // A sample is a disc of its area.
+            let spread_m2 = sample.area_m2 / std::f32::consts::PI;
+            let share = sample.area_m2 / field.samples.patch_m2[patch];
+            let by_law = share * cosine / (std::f32::consts::PI * (square + spread_m2));
             let leg_m = field.samples.leg_m[patch];
             let factor = field.specular.factor(patch, length_m, leg_m);
             let air = exp_neg(&scene.air_np_per_m().map(|m| 2.0 * m * length_m));

@@ -33,6 +33,7 @@ pub mod next_event;
 mod packed_sequences;
 mod patches;
 mod ray_statistics;
+mod sample_points;
 mod sample_search;
 mod slowest_decay;
 pub mod source_rays;

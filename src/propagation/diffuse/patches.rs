@@ -19,15 +19,16 @@ const SAMPLES_PER_PATCH: usize = 10;
 const ROUNDS: usize = 4;
 
 impl SurfaceSamples {
-    fn spread_m2(&self) -> f32 {
+    /// Samples of a patch in the mean.
+    fn patch_size(&self) -> f32 {
         let count = (self.all.len() / SAMPLES_PER_PATCH).clamp(1, MAX_PATCHES);
-        self.area_m2 * self.all.len() as f32 / count as f32
+        self.all.len() as f32 / count as f32
     }
 
     /// Chooses centres far from each other.
     pub(super) fn choose_centres(&mut self) {
         let count = (self.all.len() / SAMPLES_PER_PATCH).clamp(1, MAX_PATCHES);
-        let spread_m2 = self.spread_m2();
+        let size = self.patch_size();
         let mut nearest = vec![f32::INFINITY; self.all.len()];
         while self.centres.len() < count {
             let far = nearest.iter().enumerate();
@@ -36,14 +37,16 @@ impl SurfaceSamples {
             self.centres.push(far);
             let centre = self.all[far];
             for (nearest, sample) in nearest.iter_mut().zip(&self.all) {
-                *nearest = nearest.min(distance(sample, &centre, spread_m2));
+                // Relative to the area: patches have about the same number of samples.
+                let area_m2 = sample.area_m2.max(centre.area_m2);
+                *nearest = nearest.min(distance(sample, &centre, size) / area_m2);
             }
         }
     }
 
     /// Gives every sample to the nearest centre that it sees.
     pub(super) fn form_patches(&mut self, scene: &Scene, rays: &mut u64) {
-        let spread_m2 = self.spread_m2();
+        let size = self.patch_size();
         let centres: Vec<SurfaceSample> = self.centres.iter().map(|c| self.all[*c]).collect();
         let mut order: Vec<u16> = Vec::new();
         for (index, sample) in self.all.iter_mut().enumerate() {
@@ -54,7 +57,7 @@ impl SurfaceSamples {
             let open = |patch: &u16| !centres[usize::from(*patch)].is_in_gap();
             order.clear();
             order.extend((0..centres.len() as u16).filter(open));
-            let to = |patch: &u16| distance(sample, &centres[usize::from(*patch)], spread_m2);
+            let to = |patch: &u16| distance(sample, &centres[usize::from(*patch)], size);
             order.sort_by(|a, b| to(a).total_cmp(&to(b)));
             let seen = order.iter().find(|patch| {
                 self.centres[usize::from(**patch)] == index
@@ -96,14 +99,17 @@ impl SurfaceSamples {
         !joined.is_empty()
     }
 
-    /// Shares and mean legs of the patches.
+    /// Shares, areas and mean legs of the patches.
     fn weigh_patches(&mut self) {
         self.patches = self.centres.len();
         let mut counts = vec![0.0f32; self.patches];
         self.leg_m.clear();
         self.leg_m.resize(self.patches, 0.0);
+        self.patch_m2.clear();
+        self.patch_m2.resize(self.patches, 0.0);
         for sample in self.all.iter().filter(|sample| sample.patch != NO_PATCH) {
             self.leg_m[usize::from(sample.patch)] += sample.leg_m;
+            self.patch_m2[usize::from(sample.patch)] += sample.area_m2;
             counts[usize::from(sample.patch)] += 1.0;
         }
         for (leg_m, count) in self.leg_m.iter_mut().zip(&counts) {
@@ -115,10 +121,10 @@ impl SurfaceSamples {
     }
 }
 
-/// Squared distance by place and normal.
-fn distance(a: &SurfaceSample, b: &SurfaceSample, spread_m2: f32) -> f32 {
-    let turn = 1.0 - a.normal.dot(b.normal);
-    a.point.distance_squared(b.point) + 2.0 * spread_m2 * turn
+/// Squared distance of a sample and a patch's centre by place and normal, with patches of `size` samples.
+fn distance(sample: &SurfaceSample, centre: &SurfaceSample, size: f32) -> f32 {
+    let turn = 1.0 - sample.normal.dot(centre.normal);
+    sample.point.distance_squared(centre.point) + 2.0 * size * centre.area_m2 * turn
 }
 
 /// Whether nothing is between two samples. Adds the ray cast to `rays`.

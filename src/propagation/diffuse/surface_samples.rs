@@ -1,16 +1,17 @@
 //! Points on all surfaces of a scene, each with a side, and the patches that they form.
 //!
-//! Own. Points lie evenly by area on both sides of every surface. Sides that sound cannot reach (cavities of solids, the
+//! Own. Points lie by area on both sides of every surface ([`crate::propagation::diffuse::sample_points`]). Sides that sound cannot reach (cavities of solids, the
 //! outside of a closed room) are dropped ([`crate::propagation::diffuse::air_spaces`]). Points depend on the fixed part of the
-//! scene and on joined parts alone, what they see and their patches
-//! ([`crate::propagation::diffuse::patches`]) on instances as well.
+//! scene and on joined parts, in large scenes also on where listeners and sources were when they were chosen; what they see and their
+//! patches ([`crate::propagation::diffuse::patches`]) depend on instances as well.
 
 use glam::Vec3;
 
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Hit, Ray};
+use crate::propagation::diffuse::sample_points::{Focus, PointDensity};
 use crate::propagation::diffuse::sample_search::SampleSearch;
-use crate::propagation::rays::directions::lambert_direction;
+use crate::propagation::rays::directions::{GOLDEN_TURN, lambert_direction};
 use crate::scene::Scene;
 
 /// Most patches: the responses of pairs are stored and added up for every listener position. With 40 the law late/slopes has
@@ -35,6 +36,9 @@ const MAX_THICKNESS_M: f32 = 1.0;
 /// Least cosine between two faces of one wall.
 const PARALLEL: f32 = 0.985;
 
+/// Spacings of samples without any, from which on a part of a surface is a gap.
+const GAP_SPACINGS: f32 = 4.0;
+
 /// One side of a point on a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SurfaceSample {
@@ -52,6 +56,8 @@ pub(crate) struct SurfaceSample {
     clear_m: f32,
     /// Mean length in metres of its probe rays.
     pub(crate) leg_m: f32,
+    /// Area in square metres that it stands for.
+    pub(crate) area_m2: f32,
 }
 
 impl SurfaceSample {
@@ -73,8 +79,12 @@ impl SurfaceSample {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SurfaceSamples {
     pub(crate) all: Vec<SurfaceSample>,
-    /// Area of one sample.
+    /// Least area in square metres of a sample.
     pub(crate) area_m2: f32,
+    /// Where they are closest.
+    pub(crate) focus: Focus,
+    /// Whether parts of surfaces have none: what hits them leaves the field.
+    has_gaps: bool,
     /// Length in metres that a quarter of their probe rays have at most.
     pub(crate) short_leg_m: f32,
     /// Number of closed spaces without an occupant, whose samples are left out.
@@ -83,8 +93,9 @@ pub(crate) struct SurfaceSamples {
     pub(crate) patches: usize,
     /// Mean length in metres of a patch's rays to the next surface.
     pub(crate) leg_m: Vec<f32>,
-    /// Share of all samples of each patch.
+    /// Share of all samples of each patch, and area in square metres of its own.
     pub(crate) share: Vec<f32>,
+    pub(crate) patch_m2: Vec<f32>,
     /// Samples that the patches are about.
     pub(crate) centres: Vec<usize>,
     pub(crate) search: SampleSearch,
@@ -94,10 +105,20 @@ impl SurfaceSamples {
     /// About `count` samples of the scene's fixed part and of joined parts, in the spaces of the `occupants` (listener and
     /// sources, in local coordinates) and in the open. Adds the rays cast to `rays`.
     pub(crate) fn new(scene: &Scene, count: usize, occupants: &[Vec3], rays: &mut u64) -> Self {
-        let mut samples = Self::by_area(scene, count);
-        samples.raise(rays, |ray, own| scene.closest_static_hit(ray, own));
-        samples.index();
-        samples.drop_unreachable(scene, occupants, rays);
+        let mut reached = |density: &PointDensity| {
+            let mut samples = Self::at_points(scene, density);
+            samples.raise(rays, |ray, own| scene.closest_static_hit(ray, own));
+            samples.index();
+            samples.drop_unreachable(scene, occupants, rays);
+            samples
+        };
+        let count_reached = |density: &PointDensity| reached(density).all.len();
+        let density = PointDensity::choose(scene, count, occupants, count_reached);
+        let mut samples = reached(&density);
+        if density.count > count {
+            samples.thin(count);
+            samples.has_gaps = true;
+        }
         samples.index();
         samples.choose_centres();
         samples
@@ -114,43 +135,46 @@ impl SurfaceSamples {
         self.all != before
     }
 
-    /// Both sides of points at even steps of area.
-    fn by_area(scene: &Scene, count: usize) -> Self {
-        let total: f64 = scene.static_areas().map(|(area_m2, _)| area_m2).sum();
-        let mut samples = Self {
-            area_m2: (total / count as f64) as f32,
+    /// Both sides of points.
+    fn at_points(scene: &Scene, density: &PointDensity) -> Self {
+        let (points, area_m2) = density.points(scene);
+        let sides = points.iter().flat_map(|at| {
+            let surface = scene.surface_of(at.triangle);
+            let normal = scene.surface(surface).normal.as_vec3();
+            [normal, -normal].map(|normal| SurfaceSample {
+                point: at.point,
+                normal,
+                surface,
+                patch: 0,
+                behind: None,
+                raised: at.point,
+                clear_m: 0.0,
+                leg_m: 0.0,
+                area_m2: at.area_m2,
+            })
+        });
+        Self {
+            all: sides.collect(),
+            area_m2,
+            focus: density.focus.clone(),
             ..Self::default()
-        };
-        if !(total > 0.0 && total.is_finite()) {
-            return samples;
         }
-        let step = total / count as f64;
-        let (mut sum, mut mark) = (0.0, 0.5 * step);
-        for (area_m2, triangle) in scene.static_areas() {
-            sum += area_m2;
-            while mark < sum && samples.all.len() < 2 * count {
-                let Some(corners) = scene.corners_in_scene(triangle) else {
-                    break;
-                };
-                let surface = scene.surface_of(triangle);
-                let point = point_within(&corners, (samples.all.len() / 2) as u64);
-                let normal = scene.surface(surface).normal.as_vec3();
-                for normal in [normal, -normal] {
-                    samples.all.push(SurfaceSample {
-                        point,
-                        normal,
-                        surface,
-                        patch: 0,
-                        behind: None,
-                        raised: point,
-                        clear_m: 0.0,
-                        leg_m: 0.0,
-                    });
-                }
-                mark += step;
-            }
+    }
+
+    /// Keeps about `count` samples, evenly chosen, which stand for the area of all. Both sides of a point follow each other: the
+    /// choice is by multiples of the golden ratio, not by even steps.
+    fn thin(&mut self, count: usize) {
+        let share = count as f64 / self.all.len() as f64;
+        if share >= 1.0 {
+            return;
         }
-        samples
+        let mut turns = 0.0f64;
+        self.all.retain_mut(|sample| {
+            sample.area_m2 /= share as f32;
+            turns = (turns + GOLDEN_TURN).fract();
+            turns < share
+        });
+        self.area_m2 /= share as f32;
     }
 
     fn index(&mut self) {
@@ -169,8 +193,8 @@ impl SurfaceSamples {
     }
 
     fn measure_clearance(&mut self, scene: &Scene, rays: &mut u64) {
-        let longest_m = 4.0 * self.area_m2.sqrt();
         for sample in &mut self.all {
+            let longest_m = 4.0 * sample.area_m2.sqrt();
             let (side, other) = sample.normal.any_orthonormal_pair();
             sample.clear_m = longest_m;
             for step in 0..8 {
@@ -219,8 +243,19 @@ impl SurfaceSamples {
         }
     }
 
-    /// The sample of a patch nearest to a point of a surface with a normal, that the point sees. Adds the rays cast to
-    /// `rays`.
+    /// Whether sound that hits a point of a surface with a normal leaves the field.
+    pub(crate) fn is_left_at(&self, point: Vec3, normal: Vec3) -> bool {
+        let nearest = self.search.nearest(point, normal, &[]);
+        nearest.is_some_and(|nearest| self.is_in_gap(&self.all[nearest], point))
+    }
+
+    fn is_in_gap(&self, nearest: &SurfaceSample, point: Vec3) -> bool {
+        let reach_m2 = GAP_SPACINGS * GAP_SPACINGS * nearest.area_m2;
+        self.has_gaps && nearest.point.distance_squared(point) > reach_m2
+    }
+
+    /// The sample of a patch nearest to a point of a surface with a normal, that the point sees; none where sound leaves the field.
+    /// Adds the rays cast to `rays`.
     pub(crate) fn locate(
         &self,
         scene: &Scene,
@@ -233,6 +268,9 @@ impl SurfaceSamples {
         for attempt in 0..MAX_TRIES {
             let found = self.search.nearest(point, normal, &tried[..attempt])?;
             let sample = &self.all[found];
+            if attempt == 0 && self.is_in_gap(sample, point) {
+                return None;
+            }
             if sample.patch != NO_PATCH {
                 if sample.is_beside(point, normal) {
                     return Some(found);
@@ -288,17 +326,4 @@ pub(crate) fn facing(scene: &Scene, surface: u32, direction: Vec3) -> Vec3 {
         true => -normal,
         false => normal,
     }
-}
-
-/// A point of a triangle: an R2 low-discrepancy sequence (\[ROBERTS18\]), folded.
-fn point_within([a, b, c]: &[Vec3; 3], number: u64) -> Vec3 {
-    let n = number as f64;
-    let u = (0.5 + n * 0.754_877_666_246_692_8).fract() as f32;
-    let v = (0.5 + n * 0.569_840_290_998_053_3).fract() as f32;
-    let (u, v) = if u + v > 1.0 {
-        (1.0 - u, 1.0 - v)
-    } else {
-        (u, v)
-    };
-    *a + u * (b - a) + v * (c - a)
 }

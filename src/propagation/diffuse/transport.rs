@@ -21,9 +21,7 @@ use crate::propagation::diffuse::delay_sums::{Arrival, DelaySums, LONGEST, SPANS
 use crate::propagation::diffuse::envelope::{NEPERS_OF_60_DB, STEPS};
 use crate::propagation::diffuse::slowest_decay::slowest_decay;
 use crate::propagation::diffuse::specular_legs::SpecularLegs;
-use crate::propagation::diffuse::surface_samples::{
-    NO_PATCH, SurfaceSample, SurfaceSamples, facing, probe_ray,
-};
+use crate::propagation::diffuse::surface_samples::{NO_PATCH, SurfaceSamples, facing, probe_ray};
 use crate::propagation::late_group::LATE_GROUPS;
 use crate::scene::Scene;
 use crate::simd::{LaneSet, kernel};
@@ -42,6 +40,9 @@ const SIDES: f64 = 2.0;
 
 /// Samples of a step of [`FieldRenewal`].
 const SAMPLES_A_STEP: usize = 24;
+
+/// The same where the field in use has next to none around a listener.
+const SAMPLES_AN_URGENT_STEP: usize = 128;
 
 /// Time steps that the directions of the fastest group are taken from, and those of the other groups.
 pub(crate) const EARLY_STEPS: Range<usize> = 2..16;
@@ -175,6 +176,12 @@ impl SceneField {
         self.samples.left_out > 0
     }
 
+    /// How far a point in local coordinates is from those around which samples are closest, relative to how far these are close; none
+    /// if they are alike in the whole scene.
+    pub(crate) fn remoteness(&self, point: Vec3) -> Option<f32> {
+        self.samples.focus.radii_to(point)
+    }
+
     /// Number of patches.
     pub(crate) fn patches(&self) -> usize {
         self.samples.patches
@@ -246,23 +253,19 @@ impl SceneField {
 
     /// Traces the rays of a range of samples.
     fn trace(&mut self, scene: &Scene, range: Range<usize>, sums: &mut DelaySums, rays: &mut u64) {
-        let patches = self.patches();
         let step_m = self.step_s * self.speed_m_s;
-        let mut of_patch = vec![0u32; patches];
-        let is_of_patch = |sample: &&SurfaceSample| sample.patch != NO_PATCH;
-        for sample in self.samples.all.iter().filter(is_of_patch) {
-            of_patch[usize::from(sample.patch)] += RAYS_PER_SAMPLE as u32;
-        }
         let own = self.samples.all.iter().enumerate();
         for (index, sample) in own.skip(range.start).take(range.len()) {
             if sample.patch == NO_PATCH {
                 continue;
             }
             let from = usize::from(sample.patch);
+            let patch_m2 = self.samples.patch_m2[from];
+            let of_ray = sample.area_m2 / (patch_m2 * RAYS_PER_SAMPLE as f32);
             for number in 0..RAYS_PER_SAMPLE {
                 let mut ray = probe_ray(sample, index, number, RAYS_PER_SAMPLE);
                 let mut last = sample.surface;
-                let mut share = [1.0 / of_patch[from] as f32; BANDS];
+                let mut share = [of_ray; BANDS];
                 let floor = MIN_SHARE * share[0];
                 let (mut length_m, mut in_air) = (0.0, 0.0);
                 let mut patch = from;
@@ -289,11 +292,10 @@ impl SceneField {
                     let Some(hit) = hit else { break };
                     if order == 0 {
                         // Rays by Lambert's law fill the air evenly: in proportion to their lengths.
-                        in_air = hit.t * of_patch[from] as f32;
+                        in_air = hit.t / of_ray;
                         if number == index % RAYS_PER_SAMPLE {
-                            let area_m2 = self.samples.area_m2;
-                            self.specular
-                                .add_air(index, [ray.origin, ray.at(hit.t)], area_m2);
+                            let ends = [ray.origin, ray.at(hit.t)];
+                            self.specular.add_air(index, ends, sample.area_m2);
                         }
                     }
                     length_m += hit.t;
@@ -302,6 +304,9 @@ impl SceneField {
                     let point = ray.at(hit.t);
                     let cosine = -normal.dot(ray.direction);
                     let found = self.samples.locate(scene, (point, hit.group), normal, rays);
+                    if found.is_none() && self.samples.is_left_at(point, normal) {
+                        break;
+                    }
                     let found = found.map(|found| &self.samples.all[found]);
                     patch = found.map_or(patch, |found| usize::from(found.patch));
                     let surface = scene.surface(hit.group);
@@ -317,9 +322,8 @@ impl SceneField {
                     }
                     if order == 0 {
                         let legs = &mut self.first_legs[from];
-                        let share = 1.0 / of_patch[from] as f32;
-                        legs.length_m += share * hit.t;
-                        legs.arriving[patch] += share;
+                        legs.length_m += of_ray * hit.t;
+                        legs.arriving[patch] += of_ray;
                         for b in 0..BANDS {
                             legs.kept[b] += incident[b] * reflected[b];
                         }
@@ -363,17 +367,20 @@ impl SceneField {
 pub struct FieldRenewal {
     field: SceneField,
     sums: DelaySums,
-    /// Samples that have been traced.
+    /// Samples that have been traced, and those of a step.
     traced: usize,
+    a_step: usize,
 }
 
 impl FieldRenewal {
-    /// Finds the patches of a scene with about `count` samples, as [`SceneField::new`]. Adds the rays cast to `rays`.
+    /// Finds the patches of a scene with about `count` samples, as [`SceneField::new`]; `is_urgent`: in few steps. Adds the rays cast to
+    /// `rays`.
     pub fn new(
         scene: &Scene,
         count: usize,
         occupants: &[Vec3],
         after: &SceneField,
+        is_urgent: bool,
         rays: &mut u64,
     ) -> Self {
         let mut field = SceneField::untraced(scene, count, occupants, rays);
@@ -383,13 +390,17 @@ impl FieldRenewal {
             sums: field.begin_trace(),
             field,
             traced: 0,
+            a_step: match is_urgent {
+                true => SAMPLES_AN_URGENT_STEP,
+                false => SAMPLES_A_STEP,
+            },
         }
     }
 
     /// Traces some more samples; returns the field after all of them. Adds the rays cast to `rays`.
     pub fn step(&mut self, scene: &Scene, rays: &mut u64) -> Option<SceneField> {
         let all = self.field.samples.all.len();
-        let range = self.traced..all.min(self.traced + SAMPLES_A_STEP);
+        let range = self.traced..all.min(self.traced + self.a_step);
         self.traced = range.end;
         let is_traced = range.is_empty();
         self.field.trace(scene, range, &mut self.sums, rays);

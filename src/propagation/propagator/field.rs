@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::listeners::invalidate_fields;
 use super::{ListenerState, Propagator};
+use crate::propagation::diffuse::listener_field::ListenerField;
 use crate::propagation::diffuse::{FieldRenewal, SceneField};
 use crate::scene::{ListenerPose, SourcePose};
 
@@ -11,10 +12,13 @@ use crate::scene::{ListenerPose, SourcePose};
 const SAMPLES_PER_RAY: usize = 4;
 const MAX_SAMPLES: usize = 512;
 
+/// Remoteness of a listener from which on the field is made anew in few steps: it has not walked there.
+const URGENT: f32 = 2.0;
+
 impl Propagator {
     /// Makes the late field for the first update, traces it anew when instances have come to rest, and makes it anew step by
-    /// step when joined parts have come or gone, or a source or listener has entered a space that it leaves out. Returns
-    /// the number of rays cast.
+    /// step when joined parts have come or gone, or a source or listener has entered a space that it leaves out or has few samples
+    /// of. Returns the number of rays cast.
     pub(super) fn renew_field(
         &mut self,
         listener: &ListenerPose,
@@ -32,14 +36,10 @@ impl Propagator {
             self.field = SceneField::new(scene, count, &occupants, &mut rays);
             return rays;
         }
-        let has_uncovered = self.renewal.is_none() && self.field.leaves_out() && {
-            let tasks = self.tasks[..sources.len()].iter();
-            let of_tasks = tasks.filter(|task| task.is_outside_field()).count();
-            let others = self
-                .other_listeners()
-                .filter(|other| other.field.is_outside());
-            let of_listeners = others.count() + usize::from(self.listener_field.is_outside());
-            self.uncovered.require_renewal(of_tasks + of_listeners)
+        let remoteness = self.remoteness(listener);
+        let has_uncovered = self.renewal.is_none() && {
+            let uncovered = self.count_uncovered(sources);
+            self.uncovered.require_renewal(uncovered) || remoteness > 1.0
         };
         let is_stale = self.field_of != Some(scene_state);
         // Parts come while the listener walks, and the field takes many updates' time.
@@ -57,7 +57,9 @@ impl Propagator {
             }
         } else if is_due || has_uncovered {
             let occupants = self.occupants(listener, sources);
-            let renewal = FieldRenewal::new(scene, count, &occupants, &self.field, &mut rays);
+            let is_urgent = remoteness > URGENT;
+            let renewal =
+                FieldRenewal::new(scene, count, &occupants, &self.field, is_urgent, &mut rays);
             self.renewal = Some((renewal, scene_state));
             return rays;
         } else if is_at_rest && is_stale && !scene.has_joined_instances() {
@@ -76,6 +78,32 @@ impl Propagator {
             &mut self.listeners,
         );
         rays
+    }
+
+    /// How far the most remote listener is from where the field's samples are closest, relative to how far they are close.
+    fn remoteness(&self, listener: &ListenerPose) -> f32 {
+        let own = self.scene.to_local(listener.position).as_vec3();
+        let others = self.other_listeners().filter_map(|other| other.field.of);
+        let positions = others.map(|(position, _)| position).chain([own]);
+        let remoteness = positions.filter_map(|position| self.field.remoteness(position));
+        remoteness.fold(0.0, f32::max)
+    }
+
+    /// Number of listeners and sources in spaces that the field leaves out, and of sources where its samples are far apart.
+    fn count_uncovered(&self, sources: &[SourcePose]) -> usize {
+        let is_remote = |source: &SourcePose| {
+            let position = self.scene.to_local(source.position).as_vec3();
+            self.field.remoteness(position) > Some(1.0)
+        };
+        let leaves_out = self.field.leaves_out();
+        let tasks = self.tasks[..sources.len()].iter().zip(sources);
+        let of_tasks = tasks
+            .filter(|(task, source)| leaves_out && task.is_outside_field() || is_remote(source));
+        let is_outside = |field: &ListenerField| leaves_out && field.is_outside();
+        let others = self
+            .other_listeners()
+            .filter(|other| is_outside(&other.field));
+        of_tasks.count() + others.count() + usize::from(is_outside(&self.listener_field))
     }
 
     /// Positions of all listeners and sources, in local coordinates.

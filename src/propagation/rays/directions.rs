@@ -13,7 +13,7 @@ pub const ROTATIONS: u64 = 16;
 pub(crate) const GOLDEN_RATIO_64: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Turns between neighbours in a spherical Fibonacci lattice: 1 / golden ratio².
-const GOLDEN_TURN: f64 = 0.381_966_011_250_105_1;
+pub(crate) const GOLDEN_TURN: f64 = 0.381_966_011_250_105_1;
 
 /// Unit vector `index` of `count`, evenly spread over the sphere.
 pub fn fibonacci_direction(index: u32, count: u32) -> Vec3 {
