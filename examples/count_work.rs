@@ -4,7 +4,7 @@
 //! `count_work update SCENE SOURCES UPDATES [LISTENERS]` runs propagation updates for a listener walking at 1.4 m/s, or for several
 //! beside each other; `count_work sound SCENE SOURCES UPDATES LISTENERS` runs the whole engine instead;
 //! `count_work direct SCENE SOURCES UPDATES` computes the direct field of twelve graphics frames after each of so many updates, as the
-//! default predictor does, and `count_work edges` only those updates. The difference of two runs with different counts excludes start-up
+//! default predictor does, and `count_work edges` only those updates; the scene `shoebox` has no edges. The difference of two runs with different counts excludes start-up
 //! (`benches/count-aarch64.sh`).
 
 use std::fs;
@@ -164,6 +164,19 @@ fn update(
     Ok(())
 }
 
+/// The sources and the walk of the hall in a room without edges.
+fn without_edges() -> procedural::BenchmarkScene {
+    let size = Vec3::new(40.0, 20.0, 60.0);
+    let mut benchmark = procedural::concert_hall();
+    let middle = benchmark.walk.from.midpoint(benchmark.walk.to);
+    let mut mesh = procedural::shoebox(size, "concrete");
+    for vertex in &mut mesh.vertices {
+        *vertex += middle - 0.5 * size;
+    }
+    benchmark.mesh = mesh;
+    benchmark
+}
+
 /// The direct field of graphics frames by itself: each update is stored without its paths and late energy.
 fn direct(
     name: &str,
@@ -171,7 +184,10 @@ fn direct(
     updates: u32,
     frames: u32,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let benchmark = procedural::by_name(name).ok_or("no such scene")?;
+    let benchmark = match name {
+        "shoebox" => without_edges(),
+        _ => procedural::by_name(name).ok_or("no such scene")?,
+    };
     let table = MaterialTable::built_in();
     let scene = Scene::commit(&benchmark.mesh, &table, &SceneSettings::default())?;
     let scene = Arc::new(scene);

@@ -30,6 +30,8 @@ struct SourceField {
 #[derive(Debug, Default)]
 pub(super) struct DirectLines {
     fields: Vec<Option<SourceField>>,
+    /// Scratch: the lines of the field before.
+    before: Vec<PathLine>,
     frame: u64,
     reach: ExtrapolationReach,
 }
@@ -38,6 +40,7 @@ impl DirectLines {
     /// Reserves capacity for this many sources. Control side.
     pub(super) fn reserve(&mut self, sources: usize) {
         self.fields.reserve(sources);
+        self.before.reserve(1 + MAX_DIRECT_EDGES);
     }
 
     /// Begins or resumes a graphics frame, which computes the fields of one source in [`ExtrapolationReach::every`].
@@ -110,27 +113,28 @@ impl DirectLines {
         let Some(own) = self.fields.get_mut(index) else {
             return;
         };
-        let before = own.take().filter(|before| {
-            before.continues(endpoints, self.frame) && before.field.through == field.through
-        });
-        let before = before.as_ref();
-        let lines = std::array::from_fn(|n| {
-            let path = paths.get(n)?;
-            let lines = before.into_iter().flat_map(|before| before.lines.iter());
-            let line = lines.flatten().find(|line| line.id() == path.id);
-            Some(PathLine::through(
-                path,
-                self.frame,
-                line,
-                self.reach.every.into(),
-            ))
-        });
-        *own = Some(SourceField {
+        let (frame, every) = (self.frame, self.reach.every.into());
+        let is_before = |before: &&SourceField| {
+            before.continues(endpoints, frame) && before.field.through == field.through
+        };
+        let before = own.as_ref().filter(is_before);
+        let lines = before.into_iter().flat_map(|before| before.lines.iter());
+        self.before.clear();
+        self.before.extend(lines.flatten());
+        // In place: a field is two kilobytes, most of them for edges that few sources are near.
+        let own = own.get_or_insert_with(|| SourceField {
             endpoints: *endpoints,
-            used: self.frame,
+            used: frame,
             field: *field,
-            lines,
+            lines: [None; 1 + MAX_DIRECT_EDGES],
         });
+        (own.endpoints, own.used, own.field) = (*endpoints, frame, *field);
+        for (n, line) in own.lines.iter_mut().enumerate() {
+            *line = paths.get(n).map(|path| {
+                let before = self.before.iter().find(|line| line.id() == path.id);
+                PathLine::through(path, frame, before, every)
+            });
+        }
     }
 }
 

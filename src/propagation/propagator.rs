@@ -26,7 +26,7 @@ use crate::propagation::image_source::expansion::{MAX_CANDIDATES, expand};
 use crate::propagation::image_source::nearby_gate::{MirrorEnergies, NearbyGate};
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::image_source::window_cull::{CandidateCull, CullViews};
-use crate::propagation::path::{PathId, PathSet};
+use crate::propagation::path::PathSet;
 use crate::propagation::quality_level::PropagationQuality;
 use crate::propagation::rays::directions::{
     ROTATIONS, fill_interleaved_lattices, fill_lattice, interleaved_lattices, lattice,
@@ -138,8 +138,8 @@ pub struct Propagator {
     tasks: Vec<SourceTask>,
     /// One per thread.
     scratch: Vec<Scratch>,
-    /// Paths by identity: task and index within it.
-    order: Vec<(PathId, u32, u32)>,
+    /// Scratch: paths by identity, task and index within it.
+    order: Vec<u128>,
 }
 
 impl Propagator {

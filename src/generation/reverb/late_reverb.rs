@@ -9,7 +9,7 @@ use crate::generation::delay::delay_line::DelayLine;
 use crate::generation::ramp::ChunkSpan;
 use crate::generation::reverb::late_sends::{LateSends, Receivers};
 use crate::generation::reverb::mixing::{LINES, Rows};
-use crate::generation::reverb::network::{BUSES, Network};
+use crate::generation::reverb::network::{BUSES, Network, NetworkScratch};
 use crate::generation::reverb::shelf_filter::ShelfDesign;
 use crate::generation::reverb::wave_shares::WaveShares;
 use crate::generation::{BandCorrection, CHUNK};
@@ -24,6 +24,7 @@ pub(crate) struct LateReverb {
     design: ShelfDesign,
     shares: WaveShares,
     networks: [Network; LATE_GROUPS],
+    scratch: NetworkScratch,
     sends: LateSends,
     /// Graphics frames so far.
     frames: usize,
@@ -42,6 +43,7 @@ impl LateReverb {
             design: ShelfDesign::new(f64::from(rate_hz)),
             shares: WaveShares::new(),
             networks,
+            scratch: NetworkScratch::new(),
             sends: LateSends::new(receivers, max_sources),
             frames: 0,
             waves: Box::new([[0.0; CHUNK]; LINES]),
@@ -91,7 +93,7 @@ impl LateReverb {
             for bus in 0..BUSES {
                 network.feed(bus, self.sends.bus(group, bus, frames));
             }
-            is_audible |= network.process(left, frames, &mut self.waves);
+            is_audible |= network.process(left, frames, &mut self.scratch, &mut self.waves);
         }
         self.sends.clear();
         is_audible.then_some(&*self.waves)

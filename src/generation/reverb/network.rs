@@ -72,6 +72,26 @@ pub(crate) struct Timing {
 /// The delay of each bus on its way to each line, and its gain.
 type Pattern = [(usize, f32); LINES];
 
+/// Scratch of a chunk: the networks take turns.
+#[derive(Debug)]
+pub(crate) struct NetworkScratch {
+    /// Of each line.
+    rows: Box<Rows>,
+    /// Of each wave.
+    wave_rows: Box<Rows>,
+}
+
+impl NetworkScratch {
+    /// Allocates.
+    pub(crate) fn new() -> Self {
+        let rows = || Box::new([[0.0; CHUNK]; LINES]);
+        Self {
+            rows: rows(),
+            wave_rows: rows(),
+        }
+    }
+}
+
 /// A network.
 #[derive(Debug)]
 pub(crate) struct Network {
@@ -98,8 +118,6 @@ pub(crate) struct Network {
     /// Gain of the waves' parts that leave at the entry, without absorption, and with that of the present decay times.
     at_entry: f32,
     absorbed_at_entry: LinearRamp,
-    rows: Box<Rows>,
-    wave_rows: Box<Rows>,
     /// Audio frames since the start.
     now: usize,
     /// Frames since a value above [`FLOOR`] was in the lines.
@@ -165,8 +183,6 @@ impl Network {
             direction: ShelfFilter::new(),
             at_entry: (missing / mean).sqrt() as f32,
             absorbed_at_entry: LinearRamp::at_rest((missing / mean).sqrt()),
-            rows: Box::new([[0.0; CHUNK]; LINES]),
-            wave_rows: Box::new([[0.0; CHUNK]; LINES]),
             now: 0,
             quiet_frames: usize::MAX / 2,
         }
@@ -233,7 +249,13 @@ impl Network {
 
     /// Runs a chunk after [`Self::feed`] of every bus and adds the waves' signals to `waves`; `left` frames of the ramp
     /// remain. Returns false and adds nothing if the network is silent.
-    pub(crate) fn process(&mut self, left: u32, frames: usize, waves: &mut Rows) -> bool {
+    pub(crate) fn process(
+        &mut self,
+        left: u32,
+        frames: usize,
+        scratch: &mut NetworkScratch,
+        waves: &mut Rows,
+    ) -> bool {
         let past = (SPREAD_S * f64::from(self.rate_hz)) as usize + CHUNK;
         let is_fed = self.quiet_buses.iter().any(|quiet| *quiet < past);
         if !is_fed && self.is_silent() {
@@ -242,25 +264,26 @@ impl Network {
             return false;
         }
         if is_fed {
-            self.enter(past, left, frames);
+            self.enter(past, left, frames, scratch);
         }
         self.buses.advance(frames);
-        for ((row, line), length) in self.rows.iter_mut().zip(&self.lines).zip(self.lengths) {
+        let NetworkScratch { rows, wave_rows } = scratch;
+        for ((row, line), length) in rows.iter_mut().zip(&self.lines).zip(self.lengths) {
             let (ahead, around) = ring_parts(self.now % length, length, frames);
             row[..ahead.len()].copy_from_slice(&line[ahead.clone()]);
             row[ahead.len()..frames].copy_from_slice(&line[around]);
         }
-        self.absorption.process(&mut self.rows, left, frames);
-        mix(self.set, &self.signs[0], frames, &mut self.rows);
-        for (line, row) in self.rows.iter_mut().enumerate() {
+        self.absorption.process(rows, left, frames);
+        mix(self.set, &self.signs[0], frames, rows);
+        for (line, row) in rows.iter_mut().enumerate() {
             self.scattering.present(line)[..frames].copy_from_slice(&row[..frames]);
             let delayed = self.scattering.delayed(line, self.scattering_delays[line]);
             row[..frames].copy_from_slice(&delayed[..frames]);
         }
         self.scattering.advance(frames);
-        mix(self.set, &self.signs[1], frames, &mut self.rows);
+        mix(self.set, &self.signs[1], frames, rows);
         let mut is_quiet = !is_fed;
-        for ((row, line), length) in self.rows.iter_mut().zip(&mut self.lines).zip(self.lengths) {
+        for ((row, line), length) in rows.iter_mut().zip(&mut self.lines).zip(self.lengths) {
             for value in &mut row[..frames] {
                 *value = (*value + SUBNORMAL_GUARD) - SUBNORMAL_GUARD;
             }
@@ -269,18 +292,14 @@ impl Network {
             line[ahead.clone()].copy_from_slice(&row[..ahead.len()]);
             line[around].copy_from_slice(&row[ahead.len()..frames]);
         }
-        for (wave, row) in self.wave_rows.iter_mut().zip(self.rows.iter()) {
+        for (wave, row) in wave_rows.iter_mut().zip(rows.iter()) {
             if !is_fed {
                 wave[..frames].fill(0.0);
             }
             add_scaled(self.set, 1.0, &row[..frames], &mut wave[..frames]);
         }
-        self.direction.process(&mut self.wave_rows, left, frames);
-        for ((wave, row), sign) in waves
-            .iter_mut()
-            .zip(self.wave_rows.iter())
-            .zip(self.wave_signs)
-        {
+        self.direction.process(wave_rows, left, frames);
+        for ((wave, row), sign) in waves.iter_mut().zip(wave_rows.iter()).zip(self.wave_signs) {
             add_scaled(self.set, sign, &row[..frames], &mut wave[..frames]);
         }
         self.now += frames;
@@ -293,13 +312,14 @@ impl Network {
     }
 
     /// Adds the buses to the lines, each at its entry; `left` frames of the ramp remain.
-    fn enter(&mut self, past: usize, left: u32, frames: usize) {
+    fn enter(&mut self, past: usize, left: u32, frames: usize, scratch: &mut NetworkScratch) {
+        let NetworkScratch { rows, wave_rows } = scratch;
         let [gain, growth] = [
             self.absorbed_at_entry.value(left),
             self.absorbed_at_entry.growth_now(left),
         ]
         .map(|value| value as f32);
-        for (line, row) in self.rows.iter_mut().enumerate() {
+        for (line, row) in rows.iter_mut().enumerate() {
             row[..frames].fill(0.0);
             for (bus, pattern) in self.patterns.iter().enumerate() {
                 if self.quiet_buses[bus] < past {
@@ -309,8 +329,8 @@ impl Network {
                 }
             }
         }
-        mix(self.set, &self.entry_signs, frames, &mut self.rows);
-        for (wave, row) in self.wave_rows.iter_mut().zip(self.rows.iter()) {
+        mix(self.set, &self.entry_signs, frames, rows);
+        for (wave, row) in wave_rows.iter_mut().zip(rows.iter()) {
             wave[..frames].fill(0.0);
             if growth == 0.0 {
                 add_scaled(self.set, gain, &row[..frames], &mut wave[..frames]);
@@ -320,7 +340,7 @@ impl Network {
                 }
             }
         }
-        for (line, row) in self.rows.iter().enumerate() {
+        for (line, row) in rows.iter().enumerate() {
             let ((left, gain), length) = (self.entries[line], self.lengths[line]);
             let (ahead, around) = ring_parts((self.now + left) % length, length, frames);
             let count = ahead.len();

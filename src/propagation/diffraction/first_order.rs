@@ -189,6 +189,11 @@ impl Loudest {
         }
     }
 
+    /// The fields and their energies.
+    fn fields(&self) -> impl Iterator<Item = (&FirstOrderField, f64)> {
+        self.fields.iter().flatten().zip(self.energies)
+    }
+
     /// Energy of the quietest of a full list, otherwise 0.
     fn least_energy(&self) -> f64 {
         match self.count == MAX_DIRECT_EDGES {
@@ -319,7 +324,8 @@ pub fn direct_field(
     let merges = result.visible && straight.is_some();
     let wavenumbers = edge_wave::wavenumbers(scene);
     let mut gain = [Complex::ONE; BANDS];
-    let mut loudest = Loudest::new();
+    // Made for the first wave: far from edges clearing it is a third of the work.
+    let mut loudest: Option<Loudest> = None;
     let mut least_detour_m = if result.visible { f64::INFINITY } else { 0.0 };
     for edge in edges {
         let Some(path) = FirstOrderPath::over(scene, endpoints, edge) else {
@@ -335,14 +341,13 @@ pub fn direct_field(
         if field.is_audible(spreading) {
             let energy = field.energy(spreading);
             least_detour_m = least_detour_m.min(field.path.detour_m);
-            loudest.push(field, energy);
+            loudest.get_or_insert_with(Loudest::new).push(field, energy);
         }
     }
     let masked_m = MASKED_DETOUR_M * scene.length_scale();
     result.two_edge_share = (1.0 - smoothstep(least_detour_m / masked_m)) as f32;
-    let least = loudest.least_energy();
-    for (field, energy) in loudest.fields.into_iter().zip(loudest.energies) {
-        let Some(field) = field else { break };
+    let least = loudest.as_ref().map_or(0.0, Loudest::least_energy);
+    for (field, energy) in loudest.iter().flat_map(Loudest::fields) {
         let weight = rank_weight(energy, least);
         let edge = field.path.edge;
         let length_m = field.path.crossing.length_m();

@@ -124,45 +124,60 @@ impl DelaySums {
         total
     }
 
-    /// Energy that leaves all patches in each time step, of energy that begins in the air. `responses` are those of the
-    /// scene's late field.
-    pub(crate) fn decay_of_air(&self, responses: &[BandArray]) -> [BandArray; STEPS] {
-        let mut total = [[0.0; BANDS]; STEPS];
-        for (span, sums) in self.of_air.chunks_exact(self.patches.max(1)).enumerate() {
-            let mut of_span = [[0.0; BANDS]; BEYOND];
-            for (from, sum) in sums.iter().enumerate() {
-                let Some(delay) = sum.delay() else { continue };
-                let first = delay.round() as usize;
-                if first >= BEYOND {
-                    continue;
-                }
-                for (total, leaving) in of_span[first].iter_mut().zip(sum.leaving) {
-                    *total += leaving;
-                }
-                for response in responses
-                    .chunks_exact(STEPS)
-                    .skip(from)
-                    .step_by(self.patches)
-                {
-                    for (total, response) in of_span[first..].iter_mut().zip(response) {
-                        for b in 0..BANDS {
-                            total[b] += sum.scattered[b] * response[b];
-                        }
-                    }
-                }
+    /// Energy that begins in the air and leaves all patches for the first time, by span and time step.
+    pub(crate) fn first_of_air(&self) -> Vec<[BandArray; BEYOND]> {
+        let mut of_spans = vec![[[0.0; BANDS]; BEYOND]; SPANS];
+        for (span, first, _, sum) in self.arrivals_of_air() {
+            for (total, leaving) in of_spans[span][first].iter_mut().zip(sum.leaving) {
+                *total += leaving;
             }
-            let half = half_width(span);
-            let share = 1.0 / (2 * half + 1) as f32;
-            for (step, total) in total.iter_mut().enumerate() {
-                for of_span in &of_span[step.saturating_sub(half)..=step + half] {
-                    for b in 0..BANDS {
-                        total[b] += share * of_span[b];
-                    }
+        }
+        of_spans
+    }
+
+    /// Adds energy of the same origin that leaves one patch later on. `response` is that patch's to each patch, of
+    /// [`STEPS`] time steps.
+    pub(crate) fn add_later_of_air(
+        &self,
+        response: &[BandArray],
+        of_spans: &mut [[BandArray; BEYOND]],
+    ) {
+        for (span, first, from, sum) in self.arrivals_of_air() {
+            let response = &response[from * STEPS..][..STEPS];
+            for (total, response) in of_spans[span][first..].iter_mut().zip(response) {
+                for b in 0..BANDS {
+                    total[b] += sum.scattered[b] * response[b];
                 }
             }
         }
-        total
     }
+
+    /// Spans, time steps and patches at which energy that begins in the air arrives, and its sums.
+    fn arrivals_of_air(&self) -> impl Iterator<Item = (usize, usize, usize, &DelaySum)> {
+        let sums = self.of_air.iter().enumerate();
+        let arrivals = sums.filter_map(|(index, sum)| {
+            let first = sum.delay()?.round() as usize;
+            Some((index / self.patches, first, index % self.patches, sum))
+        });
+        arrivals.filter(|(_, first, ..)| *first < BEYOND)
+    }
+}
+
+/// Energy that begins in the air and leaves all patches in each time step: that of each span, spread over its length.
+pub(crate) fn decay_of_air(of_spans: &[[BandArray; BEYOND]]) -> [BandArray; STEPS] {
+    let mut total = [[0.0; BANDS]; STEPS];
+    for (span, of_span) in of_spans.iter().enumerate() {
+        let half = half_width(span);
+        let share = 1.0 / (2 * half + 1) as f32;
+        for (step, total) in total.iter_mut().enumerate() {
+            for of_span in &of_span[step.saturating_sub(half)..=step + half] {
+                for b in 0..BANDS {
+                    total[b] += share * of_span[b];
+                }
+            }
+        }
+    }
+    total
 }
 
 /// Half of the length of a span in time steps, rounded down; the last one is as long as that before.

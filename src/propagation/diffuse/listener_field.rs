@@ -14,6 +14,7 @@ use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::diffuse::delayed::add_delayed;
 use crate::propagation::diffuse::envelope::STEPS;
+use crate::propagation::diffuse::packed_energy::PackedBands;
 use crate::propagation::diffuse::surface_samples::{MAX_PATCHES, NO_PATCH};
 use crate::propagation::diffuse::transport::SceneField;
 use crate::propagation::diffuse::visibility_cells::{GROUPS, VisibilityCells};
@@ -229,7 +230,7 @@ fn add_direction(shares: &mut [f32; LATE_DIRECTIONS], towards: Vec3, energy: f32
 
 kernel! {
     /// Adds what arrives of one patch, `delay` time steps after it leaves. No fused products: all machines give the same bits.
-    fn arrive<L>(leaving: &[BandArray], view: &PatchView, delay: f32, response: &mut [BandArray]) {
+    fn arrive<L>(leaving: &[PackedBands], view: &PatchView, delay: f32, response: &mut [BandArray]) {
         let whole = (delay as usize).min(STEPS);
         let rest = delay - whole as f32;
         for (sums, leaving) in response.chunks_exact_mut(STEPS).zip(leaving.chunks_exact(STEPS)) {

@@ -30,6 +30,7 @@ mod deposits;
 pub mod envelope;
 pub mod listener_field;
 pub mod next_event;
+mod packed_energy;
 mod packed_sequences;
 mod patches;
 mod ray_statistics;

@@ -17,8 +17,9 @@ use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::diffuse::decay_fit::{
     CommonDecays, FITTED_FROM_DB, FirstLegs, PatchDecays, fall_db, sum_of,
 };
-use crate::propagation::diffuse::delay_sums::{Arrival, DelaySums, LONGEST, SPANS};
+use crate::propagation::diffuse::delay_sums::{Arrival, DelaySums, LONGEST, SPANS, decay_of_air};
 use crate::propagation::diffuse::envelope::{NEPERS_OF_60_DB, STEPS};
+use crate::propagation::diffuse::packed_energy::{PackedBands, pack};
 use crate::propagation::diffuse::slowest_decay::slowest_decay;
 use crate::propagation::diffuse::specular_legs::SpecularLegs;
 use crate::propagation::diffuse::surface_samples::{NO_PATCH, SurfaceSamples, facing, probe_ray};
@@ -86,7 +87,7 @@ pub struct SceneField {
     pub(crate) speed_m_s: f32,
     /// Energy that leaves patch `to` in a time step, for a unit that patch `from` radiates at time 0:
     /// `[(to × patches + from) × STEPS + step]`.
-    responses: Vec<BandArray>,
+    responses: Vec<PackedBands>,
     /// Sum of a response over [`EARLY_STEPS`]: `[to × patches + from]`.
     early: Vec<BandArray>,
     /// Energy that leaves a patch in the steps of [`LATE_STEPS`], for a unit that all patches radiate together.
@@ -148,14 +149,20 @@ impl SceneField {
             return;
         }
         let transports = collect(sums, patches);
+        let mut of_spans = sums.first_of_air();
+        let mut response = vec![[0.0; BANDS]; patches * STEPS];
         self.responses.clear();
-        self.responses
-            .resize(patches * STEPS * patches, [0.0; BANDS]);
-        for (to, response) in self.responses.chunks_exact_mut(STEPS * patches).enumerate() {
-            respond(LaneSet::best(), &transports, to as u16, response);
+        self.responses.reserve_exact(patches * STEPS * patches);
+        self.early.clear();
+        self.late.clear();
+        for to in 0..patches {
+            response.fill([0.0; BANDS]);
+            respond(LaneSet::best(), &transports, to as u16, &mut response);
+            self.sum_spans(&response);
+            sums.add_later_of_air(&response, &mut of_spans);
+            self.responses.extend(response.iter().map(pack));
         }
-        self.sum_spans();
-        let total = sums.decay_of_air(&self.responses);
+        let total = decay_of_air(&of_spans);
         let slowest = match fall_db(&total).iter().all(|fall| *fall >= FITTED_FROM_DB) {
             true => [0.0; BANDS],
             false => slowest_decay(sums),
@@ -188,7 +195,7 @@ impl SceneField {
     }
 
     /// Energy that leaves a patch in each time step, for each radiating patch: `[from × STEPS + step]`.
-    pub(crate) fn response_of(&self, to: usize) -> &[BandArray] {
+    pub(crate) fn response_of(&self, to: usize) -> &[PackedBands] {
         let size = STEPS * self.patches();
         &self.responses[to * size..][..size]
     }
@@ -203,25 +210,20 @@ impl SceneField {
         &self.late[to]
     }
 
-    fn sum_spans(&mut self) {
-        let patches = self.patches();
-        self.early.clear();
-        self.late.clear();
-        for to in 0..patches {
-            let mut late = [[0.0; BANDS]; LATE_STEPS.len()];
-            let size = STEPS * patches;
-            let responses = self.responses[to * size..][..size].chunks_exact(STEPS);
-            for (response, share) in responses.zip(&self.samples.share) {
-                self.early.push(sum_of(&response[EARLY_STEPS]));
-                for (late, steps) in late.iter_mut().zip(LATE_STEPS) {
-                    let energy = sum_of(&response[steps]);
-                    for b in 0..BANDS {
-                        late[b] += share * energy[b];
-                    }
+    /// Adds the sums of one patch's response to [`Self::early`] and [`Self::late`].
+    fn sum_spans(&mut self, response: &[BandArray]) {
+        let mut late = [[0.0; BANDS]; LATE_STEPS.len()];
+        let responses = response.chunks_exact(STEPS);
+        for (response, share) in responses.zip(&self.samples.share) {
+            self.early.push(sum_of(&response[EARLY_STEPS]));
+            for (late, steps) in late.iter_mut().zip(LATE_STEPS) {
+                let energy = sum_of(&response[steps]);
+                for b in 0..BANDS {
+                    late[b] += share * energy[b];
                 }
             }
-            self.late.push(late);
         }
+        self.late.push(late);
     }
 
     /// Empty sums for [`Self::trace`].

@@ -78,32 +78,47 @@ impl MirrorEnergies {
                 energy[b] *= share[b];
             }
         }
-        energy.iter().sum()
+        sum(&energy)
     }
+}
+
+/// Sum over the bands. A loop: in builds of many code units the standard library's is a call a step.
+#[inline(always)]
+fn sum(bands: &BandArray) -> f32 {
+    let mut sum = 0.0;
+    for b in 0..BANDS {
+        sum += bands[b];
+    }
+    sum
 }
 
 /// Energy, identity and index of a path.
 pub(crate) type RankedPath = (f32, PathId, u32);
 
 /// Keeps the loudest [`MAX_NEARBY`], in any order. Paths are large, so their ranks are sorted instead, in `ranks`,
-/// which is scratch memory.
+/// which is scratch memory, and only those are moved that lie beyond the others.
 pub(crate) fn keep_loudest(nearby: &mut Vec<Path>, ranks: &mut Vec<RankedPath>) {
     if nearby.len() <= MAX_NEARBY {
         return;
     }
     ranks.clear();
     ranks.extend((0..).zip(&*nearby).map(|(index, path)| {
-        let energy = path.amplitude.iter().map(|a| a * a).sum::<f32>();
-        (energy, path.id, index)
+        let mut energy = path.amplitude;
+        for b in 0..BANDS {
+            energy[b] *= energy[b];
+        }
+        (sum(&energy), path.id, index)
     }));
     let louder = |a: &RankedPath, b: &RankedPath| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1));
     ranks.select_nth_unstable_by(MAX_NEARBY, louder);
-    let quieter = &mut ranks[MAX_NEARBY..];
-    // From the end on: what takes a removed path's index is none of those to come.
-    quieter.sort_unstable_by_key(|rank| std::cmp::Reverse(rank.2));
-    for rank in quieter {
-        nearby.swap_remove(rank.2 as usize);
+    let (kept, left_out) = ranks.split_at(MAX_NEARBY);
+    let index = |rank: &RankedPath| rank.2 as usize;
+    let holes = left_out.iter().map(index).filter(|n| *n < MAX_NEARBY);
+    let beyond = kept.iter().map(index).filter(|n| *n >= MAX_NEARBY);
+    for (hole, from) in holes.zip(beyond) {
+        nearby[hole] = nearby[from];
     }
+    nearby.truncate(MAX_NEARBY);
 }
 
 #[cfg(test)]

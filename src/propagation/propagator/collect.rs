@@ -2,7 +2,7 @@
 
 use super::Propagator;
 use crate::propagation::diffraction::{MAX_DIRECT_EDGES, MAX_REFLECTED_EDGE_PATHS};
-use crate::propagation::path::{Path, PathId, PathSet};
+use crate::propagation::path::{Path, PathSet};
 use crate::propagation::source_task::SourceTask;
 use crate::scene::SourcePose;
 
@@ -56,17 +56,18 @@ impl Propagator {
     }
 }
 
-/// Merges one list of all tasks, sorted by identity.
+/// Merges one list of all tasks, sorted by identity. `order` is scratch memory: identity, task and index of each path as one number,
+/// which is compared faster than three.
 fn collect_sorted(
     tasks: &[SourceTask],
     list: impl Fn(&SourceTask) -> &Vec<Path>,
-    order: &mut Vec<(PathId, u32, u32)>,
+    order: &mut Vec<u128>,
     result: &mut Vec<Path>,
 ) {
     order.clear();
-    for (number, task) in tasks.iter().enumerate() {
-        let entries = list(task).iter().enumerate();
-        order.extend(entries.map(|(index, path)| (path.id, number as u32, index as u32)));
+    for (number, task) in (0u128..).zip(tasks) {
+        let keys = (0u128..).zip(list(task));
+        order.extend(keys.map(|(index, path)| u128::from(path.id.0) << 64 | number << 32 | index));
     }
     order.sort_unstable();
     result.clear();
@@ -74,6 +75,6 @@ fn collect_sorted(
     if result.capacity() < order.len() {
         result.reserve_exact(order.len() + order.len() / 4);
     }
-    let path = |&(_, task, index): &(PathId, u32, u32)| list(&tasks[task as usize])[index as usize];
+    let path = |key: &u128| list(&tasks[(*key >> 32) as u32 as usize])[*key as u32 as usize];
     result.extend(order.iter().map(path));
 }
