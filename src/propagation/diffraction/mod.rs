@@ -20,6 +20,7 @@
 
 pub mod biot_tolstoy;
 pub mod complex;
+mod edge_ends;
 pub mod edge_wave;
 pub mod first_order;
 pub mod lit_reflection;

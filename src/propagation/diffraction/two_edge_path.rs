@@ -2,12 +2,14 @@
 //!
 //! Each edge is a separate wedge, and their fields multiply. The distance parameters are \[PIERCE74\]'s: the edge with the
 //! greater diffraction angle has the whole rest of the path on its other side, the other edge only the leg between the two;
-//! this is reciprocal. Along a face that both edges share the wave and its reflection coincide: each product is halved.
+//! this is reciprocal. Along a face that both edges share the wave and its reflection coincide: each product is halved. Either
+//! wave is truncated where its edge ends in the air, by the excess of the whole path over that end.
 
 use glam::DVec3;
 
 use crate::acoustics::{BANDS, BandArray, smoothstep};
 use crate::propagation::diffraction::complex::ComplexBands;
+use crate::propagation::diffraction::edge_ends::{IN_FACE, NARROW_M, OwnEnd, PARALLEL, own_ends};
 use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
 use crate::propagation::diffraction::ranked_list::insert_ranked;
 use crate::propagation::diffraction::wedge_geometry::{Spread, WedgeAngles, is_on_face};
@@ -28,9 +30,6 @@ const MAX_HALVINGS: usize = 6;
 /// Bisections where Newton's method fails: to a part in 10¹² of an edge.
 const BISECTIONS: usize = 40;
 
-/// Cosine of the angle between edges that count as parallel.
-const PARALLEL: f64 = 0.999;
-
 /// Smallest slope of a length distinguishable from zero.
 const MIN_SLOPE: f64 = 1e-6;
 
@@ -42,9 +41,6 @@ const MIN_LEG_M: f64 = 0.02;
 
 /// Length in metres within which a path over two edges that meet at a corner fades towards the corner.
 const CORNER_LEG_M: f64 = 0.25;
-
-/// A leg between edges of one face lies in it to this angle in radians: 2 mm of unevenness over 0.2 m.
-const IN_FACE: f64 = 1e-2;
 
 /// A path over two edges.
 #[derive(Debug, Clone, Copy)]
@@ -235,13 +231,18 @@ impl TwoEdgePath {
         let shared = shared_face([&edges[0], &edges[1]]);
         // A face too small to reflect continues no reflection, but it carries the wave between its own edges.
         let is_dull = |face| Some(face) != shared && !scene.has_panels(face);
+        let (from, to) = local_positions(scene, endpoints);
+        let ends = [
+            own_ends([&edges[0], &edges[1]], &crossings[0], [from, to], whole_m),
+            own_ends([&edges[1], &edges[0]], &crossings[1], [to, from], whole_m),
+        ];
         // The field of each edge, beside transmission and without.
         let fields = [0, 1].map(|i| {
             let crossing = EdgeCrossing {
                 excess_m: match self.has_common_ends {
                     true if (i == 0) == first_is_wide => self.excess_m,
                     true => [f64::INFINITY; 2],
-                    false => beyond_only(crossings[i].excess_m),
+                    false => ends[i].map(|end| end.excess_m),
                 },
                 ..crossings[i]
             };
@@ -275,12 +276,12 @@ impl TwoEdgePath {
         // Both edges halve the wave along a common face; once is correct.
         let along_face = is_on_face(edges[0].n, crossings[0].outgoing)
             && is_on_face(edges[1].n, crossings[1].incoming);
-        // Up to an end of its own an edge counts as infinite, and half of its wave is left there: what lies beyond is
-        // twice as much, which continues it.
-        let is_beyond = |crossing: &&EdgeCrossing| crossing.beyond_m() > 0.0;
+        // Up to an end at a wall an edge counts as infinite, and half of its wave is left there: what lies beyond is twice
+        // as much, which continues it.
+        let is_beyond_wall = |end: &&OwnEnd| end.is_at_wall && end.excess_m < 0.0;
         let beyond = match self.has_common_ends {
             true => 0,
-            false => crossings.iter().filter(is_beyond).count(),
+            false => ends.iter().flatten().filter(is_beyond_wall).count(),
         };
         let factor = [1.0, 2.0, 4.0][beyond] * if along_face { 2.0 } else { 1.0 };
         std::array::from_fn(|b| product(b) * factor)
@@ -312,11 +313,6 @@ fn passes_corner([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> bool {
 fn first_guess([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> [f64; 2] {
     let of_b_m = b.apex_m(from, to);
     [a.apex_m(from, b.at(of_b_m)), of_b_m]
-}
-
-/// The ends that a crossing lies beyond.
-fn beyond_only(excess_m: [f64; 2]) -> [f64; 2] {
-    excess_m.map(|excess| if excess < 0.0 { excess } else { f64::INFINITY })
 }
 
 /// Whether the shortest path over two lines crosses the first beyond an end of its edge that is not free, tested at the end
@@ -396,10 +392,6 @@ fn bisect(lines: [&Edge; 2], from: DVec3, to: DVec3) -> [DVec3; 2] {
     let first = a.at(0.5 * (low_m + high_m));
     [first, slope_at(lines, first, from, to).1]
 }
-
-/// Largest width of a face between two edges whose waves arrive as one, in metres, times [`Edge::length_scale`]: a sixteenth
-/// of the wavelength at 63 Hz, a wavelength at 1 kHz.
-const NARROW_M: f64 = 0.35;
 
 /// Whether two edges are both sides of a narrow face, such as a door's jamb.
 pub(crate) fn bound_narrow_face([a, b]: [&Edge; 2]) -> bool {
