@@ -135,8 +135,10 @@ impl Rooms {
                 scene
             }
         };
-        let mut settings = PropagationSettings::default();
-        settings.seed = seed;
+        let settings = PropagationSettings {
+            seed,
+            ..PropagationSettings::default()
+        };
         Propagator::new(Arc::new(scene), settings).expect("in range")
     }
 

@@ -1,9 +1,10 @@
 //! Points on all surfaces of a scene, each with a side, and the patches that they form.
 //!
-//! Own. Points lie by area on both sides of every surface ([`crate::propagation::diffuse::sample_points`]). Sides that sound cannot reach (cavities of solids, the
-//! outside of a closed room) are dropped ([`crate::propagation::diffuse::air_spaces`]). Points depend on the fixed part of the
-//! scene and on joined parts, in large scenes also on where listeners and sources were when they were chosen; what they see and their
-//! patches ([`crate::propagation::diffuse::patches`]) depend on instances as well.
+//! Own. Points lie by area on both sides of every surface ([`crate::propagation::diffuse::sample_points`]). Sides that sound
+//! cannot reach (cavities of solids, the outside of a closed room) are dropped
+//! ([`crate::propagation::diffuse::air_spaces`]). Points depend on the fixed part of the scene and on joined parts, in large scenes
+//! also on where listeners and sources were when they were chosen; what they see and their patches
+//! ([`crate::propagation::diffuse::patches`]) depend on instances as well.
 
 use glam::Vec3;
 
@@ -246,10 +247,11 @@ impl SurfaceSamples {
     /// Whether sound that hits a point of a surface with a normal leaves the field.
     pub(crate) fn is_left_at(&self, point: Vec3, normal: Vec3) -> bool {
         let nearest = self.search.nearest(point, normal, &[]);
-        nearest.is_some_and(|nearest| self.is_in_gap(&self.all[nearest], point))
+        nearest.is_some_and(|nearest| self.is_beyond(&self.all[nearest], point))
     }
 
-    fn is_in_gap(&self, nearest: &SurfaceSample, point: Vec3) -> bool {
+    /// Whether a point is farther from the nearest sample than samples lie apart.
+    fn is_beyond(&self, nearest: &SurfaceSample, point: Vec3) -> bool {
         let reach_m2 = GAP_SPACINGS * GAP_SPACINGS * nearest.area_m2;
         self.has_gaps && nearest.point.distance_squared(point) > reach_m2
     }
@@ -268,7 +270,7 @@ impl SurfaceSamples {
         for attempt in 0..MAX_TRIES {
             let found = self.search.nearest(point, normal, &tried[..attempt])?;
             let sample = &self.all[found];
-            if attempt == 0 && self.is_in_gap(sample, point) {
+            if attempt == 0 && self.is_beyond(sample, point) {
                 return None;
             }
             if sample.patch != NO_PATCH {

@@ -61,7 +61,7 @@ pub(crate) fn interleaved_shift(rotation: u64) -> [u32; 2] {
 }
 
 /// `count` unit vectors, evenly spread over the sphere, for each of [`ROTATIONS`]: all together are as even as one lattice
-/// ([`interleaved_shift`]). Into existing memory; allocates only if it is too small.
+/// (`interleaved_shift`). Into existing memory; allocates only if it is too small.
 pub fn fill_interleaved_lattices(directions: &mut Vec<Vec3>, count: u32) {
     let parts = f64::from(INTERLEAVED_PARTS);
     directions.clear();
