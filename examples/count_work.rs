@@ -4,8 +4,8 @@
 //! `count_work update SCENE SOURCES UPDATES [LISTENERS]` runs propagation updates for a listener walking at 1.4 m/s, or for several
 //! beside each other; `count_work sound SCENE SOURCES UPDATES LISTENERS` runs the whole engine instead;
 //! `count_work direct SCENE SOURCES UPDATES` computes the direct field of twelve graphics frames after each of so many updates, as the
-//! default predictor does, and `count_work edges` only those updates; the scene `shoebox` has no edges. The difference of two runs with different counts excludes start-up
-//! (`benches/count-aarch64.sh`).
+//! default predictor does, and `count_work edges` only those updates; the scene
+//! `shoebox` has no edges. The difference of two runs with different counts excludes start-up (`benches/count-aarch64.sh`).
 
 use std::fs;
 use std::sync::Arc;

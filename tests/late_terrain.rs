@@ -79,7 +79,7 @@ fn town(houses: [i32; 2], far_m: f32) -> Arc<Scene> {
     Arc::new(scene.expect("commits"))
 }
 
-/// Updates the late energy in decibels in a house, of a source in it.
+/// Late energy in decibels in a house, of a source in it, after some updates.
 fn late_db(propagator: &mut Propagator, at: [f32; 2], updates: u32) -> BandArray {
     let house = Vec3::new(at[0], 0.0, at[1]);
     let source = SourcePose::at(SourceId::new(0, 1), house + Vec3::new(2.0, 1.5, 2.0));

@@ -156,6 +156,7 @@ impl Piece {
     }
 }
 
+/// Calls a function with all triangles of a scene; where the density depends on the place, with parts of them.
 fn for_each_piece(scene: &Scene, focus: &Focus, mut take: impl FnMut(Piece)) {
     for (area_m2, triangle) in scene.static_areas() {
         let Some(corners) = scene.corners_in_scene(triangle) else {
@@ -165,19 +166,11 @@ fn for_each_piece(scene: &Scene, focus: &Focus, mut take: impl FnMut(Piece)) {
             triangle,
             corners,
             area_m2,
-            coarseness: 1.0,
+            coarseness: focus.coarseness((corners[0] + corners[1] + corners[2]) / 3.0),
         };
         match focus.is_uneven() {
             false => take(whole),
-            true => {
-                let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-                let coarseness = focus.coarseness(middle);
-                let whole = Piece {
-                    coarseness,
-                    ..whole
-                };
-                whole.split(focus, MAX_HALVINGS, &mut take);
-            }
+            true => whole.split(focus, MAX_HALVINGS, &mut take),
         }
     }
 }
