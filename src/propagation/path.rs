@@ -174,7 +174,7 @@ pub struct PathSet {
     pub reflection_edges: Vec<(SourceId, ReflectionEdge)>,
     /// Late energy of each source, in the order of [`Self::sources`].
     pub late: Vec<LateEnergy>,
-    /// Decay times and directions of the late energy, which depend on the scene and the listener's position only.
+    /// Decay times of the late energy, which depend on the scene only, and the directions from which that of all sources together arrives.
     pub late_groups: [LateGroup; LATE_GROUPS],
     /// Predicted positions of the listener, as given to [`super::Propagator::set_predicted_positions`]; empty if a source's
     /// late energy was not due.

@@ -10,11 +10,11 @@ use glam::{DVec3, Vec3};
 use super::curved_reflection;
 use super::diffraction::{self, ExtentPoints, NearEdges, path_in_shadow};
 use super::endpoints::Endpoints;
-use super::path::{LateEnergy, MAX_ORDER, Path};
+use super::path::{MAX_ORDER, Path};
 use super::settings::PropagationSettings;
 use crate::propagation::diffuse::{
-    LateEstimator, ListenerField, RayScratch, SceneField, SourceRays, VisibilityCells,
-    stable_viewpoint,
+    LateEstimate, LateEstimator, ListenerField, RayScratch, SceneField, SourceRays,
+    VisibilityCells, stable_viewpoint,
 };
 use crate::propagation::image_source::image_path::{MARGIN_M, UnfoldedPath};
 use crate::propagation::image_source::nearby_gate::{
@@ -175,9 +175,9 @@ pub(super) struct SourceTask {
     line_edges: DiffractingEdges,
     /// Edges of the direct field and of reflections until the next update.
     pub(super) near_edges: NearEdges,
-    pub(super) late_energy: Option<LateEnergy>,
+    pub(super) latest_late: Option<LateEstimate>,
     /// Late energy at the predicted positions, in their order.
-    pub(super) predicted_late: Vec<LateEnergy>,
+    pub(super) predicted_late: Vec<LateEstimate>,
     pub(super) rays: u64,
 }
 
@@ -192,13 +192,13 @@ impl SourceTask {
         scratch: &mut Scratch,
     ) {
         self.rays = 0;
-        self.is_searched = self.late_energy.is_none() || context.scope.has_source(self.id);
+        self.is_searched = self.latest_late.is_none() || context.scope.has_source(self.id);
         if context.scope.jumped.contains(&self.id) {
             self.drop_rays(context.round);
             self.nearby_gate = NearbyGate::default();
         }
         let slot = pose.id.slot() as u64;
-        let turn = match self.late_energy {
+        let turn = match self.latest_late {
             // A new source is due at once.
             None => Some(context.round),
             Some(_) if context.scope.skips_late => None,
@@ -360,7 +360,7 @@ impl SourceTask {
                     true => self
                         .late
                         .estimate(scene, context.scene_field, field, self.id),
-                    false => LateEnergy::silent(self.id),
+                    false => LateEstimate::silent(self.id),
                 }
             };
         self.predicted_late.clear();
@@ -371,7 +371,7 @@ impl SourceTask {
             self.predicted_late.push(late);
         }
         let field = context.listener_field;
-        self.late_energy = Some(late_at(position, context.ear, context.cells, field));
+        self.latest_late = Some(late_at(position, context.ear, context.cells, field));
     }
 
     /// Second half of an update: reflected paths. `index` is the source's position in the list of sources.

@@ -8,9 +8,10 @@ use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
 use foresound::propagation::curved_reflection;
 use foresound::propagation::diffraction::{self, reflection_gain};
+use foresound::propagation::diffuse::late_directions::set_directions;
 use foresound::propagation::diffuse::{
-    LateEstimator, ListenerField, RayScratch, SceneField, SourceRays, VisibilityCells,
-    stable_viewpoint,
+    LateEstimate, LateEstimator, ListenerField, RayScratch, SceneField, SourceRays,
+    VisibilityCells, stable_viewpoint,
 };
 use foresound::propagation::endpoints::Endpoints;
 use foresound::propagation::image_source::image_path::ImagePath;
@@ -95,9 +96,13 @@ impl PlainPropagator {
             instances: self.scene.instance_poses().collect(),
             ..PathSet::default()
         };
+        let mut directions = Vec::new();
         for pose in sources {
-            self.source(listener, pose, &guide, &mut result);
+            let late = self.source(listener, pose, &guide, &mut result);
+            result.late.push(late.energy);
+            directions.push(late.directions);
         }
+        set_directions(&mut result.late_groups, directions.iter());
         result.paths.sort_by_key(|path| path.id);
         self.update += 1;
         result
@@ -257,7 +262,7 @@ impl PlainPropagator {
         pose: &SourcePose,
         guide: &[Sequence],
         result: &mut PathSet,
-    ) {
+    ) -> LateEstimate {
         let scene = Arc::clone(&self.scene);
         let (settings, update) = (self.settings, self.update);
         let (ear, origin) = (
@@ -315,7 +320,6 @@ impl PlainPropagator {
         field.renew(&scene, &self.field, ear.as_vec3(), &viewpoints, 0);
         result.late_groups = field.groups;
         let late = state.late.estimate(&scene, &self.field, &field, pose.id);
-        result.late.push(late);
         let mut own = Vec::new();
         for sequence in state.late.sequences(update) {
             if !guide.contains(&sequence) {
@@ -407,6 +411,7 @@ impl PlainPropagator {
             "the oracle has no bound"
         );
         state.cache = valid;
+        late
     }
 }
 

@@ -12,7 +12,7 @@ use crate::propagation::late_group::LATE_GROUPS;
 
 /// Range of reverberation times in seconds: shorter ones are inaudible with the generator's delay lines, longer ones are
 /// numerical accidents.
-const DECAY_RANGE_S: (f32, f32) = (0.1, 30.0);
+const DECAY_RANGE_S: (f32, f32) = (0.07, 30.0);
 
 /// Falls in dB of the energy over the responses up to which the slow decay is [`PatchDecays::slowest`], and from which on it is fitted:
 /// where energy falls by few decibels, a line through them follows its fluctuations.

@@ -8,10 +8,12 @@ use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::bounce_buffer::Bounce;
 use crate::propagation::diffuse::delay_sums::varied;
 use crate::propagation::diffuse::delayed::add_delayed;
-use crate::propagation::diffuse::envelope::{ArrivalHistogram, STEPS};
-use crate::propagation::diffuse::listener_field::ListenerField;
+use crate::propagation::diffuse::envelope::{ArrivalHistogram, GroupShares, STEPS};
+use crate::propagation::diffuse::late_directions::{LateDirections, Moments};
+use crate::propagation::diffuse::listener_field::{ListenerField, PatchView};
 use crate::propagation::diffuse::surface_samples::{MAX_PATCHES, NO_PATCH};
-use crate::propagation::diffuse::transport::SceneField;
+use crate::propagation::diffuse::transport::{DIRECTION_SPANS, SceneField};
+use crate::propagation::late_group::LATE_GROUPS;
 use crate::scene::Scene;
 use crate::simd::{LaneSet, kernel};
 
@@ -191,6 +193,81 @@ impl DepositSums {
                 at,
                 &mut histogram.energy,
             );
+        }
+    }
+}
+
+/// Energy of a patch's deposits by the groups that it is heard in.
+#[derive(Default)]
+struct ByGroups {
+    /// What is heard directly.
+    direct: [BandArray; LATE_GROUPS],
+    /// What the patch radiates, by the span of the response in which it is heard.
+    radiated: [[BandArray; LATE_GROUPS]; DIRECTION_SPANS.len()],
+}
+
+impl DepositSums {
+    /// Directions of what arrives at the listener in the groups; `shares` are those of `histogram`.
+    pub(crate) fn directions(
+        &self,
+        field: &SceneField,
+        listener: &ListenerField,
+        histogram: &ArrivalHistogram,
+        shares: &GroupShares,
+    ) -> LateDirections {
+        let mut result = LateDirections::default();
+        let views = listener.patches.iter().zip(&listener.arriving);
+        for (deposits, (view, arriving)) in self.sums.chunks_exact(SPANS).zip(views) {
+            let mut sums = ByGroups::default();
+            let mut is_silent = true;
+            for deposit in deposits.iter().filter(|deposit| deposit.weight > 0.0) {
+                is_silent = false;
+                let steps = deposit.steps / deposit.weight - histogram.nearest_steps();
+                let of_groups = shares.at(steps + view.delay_s / field.step_s);
+                divide(&deposit.leaving, of_groups, &mut sums.direct);
+                for (sums, span) in sums.radiated.iter_mut().zip(DIRECTION_SPANS) {
+                    let middle = 0.5 * (span.start + span.end) as f32;
+                    divide(&deposit.scattered, shares.at(steps + middle), sums);
+                }
+            }
+            if !is_silent {
+                add_moments(LaneSet::best(), &sums, view, arriving, &mut result);
+            }
+        }
+        result
+    }
+}
+
+/// Adds an energy, divided between the groups.
+fn divide(
+    energy: &BandArray,
+    shares: &[BandArray; LATE_GROUPS],
+    sums: &mut [BandArray; LATE_GROUPS],
+) {
+    for (sum, share) in sums.iter_mut().zip(shares) {
+        for b in 0..BANDS {
+            sum[b] += energy[b] * share[b];
+        }
+    }
+}
+
+kernel! {
+    /// Adds the moments of what arrives of one patch. No fused products: all machines give the same bits.
+    fn add_moments<L>(
+        energy: &ByGroups,
+        view: &PatchView,
+        arriving: &[Moments; DIRECTION_SPANS.len()],
+        result: &mut LateDirections,
+    ) {
+        for (group, sums) in result.iter_mut().enumerate() {
+            let direct = L::load(&energy.direct[group]).mul(L::load(&view.energy));
+            for (moment, sum) in sums.iter_mut().enumerate() {
+                let mut lanes = L::load(sum).add(direct.mul(L::splat(view.directions[moment])));
+                for (radiated, arriving) in energy.radiated.iter().zip(arriving) {
+                    lanes = lanes.add(L::load(&radiated[group]).mul(L::load(&arriving[moment])));
+                }
+                lanes.store(sum);
+            }
         }
     }
 }

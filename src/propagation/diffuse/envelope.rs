@@ -33,6 +33,18 @@ pub(crate) const STEPS_PER_FREE_TIME: f32 = 1.6;
 const SPAN_ENDS: [usize; SPANS] = [1, 2, 3, 4, 6, 8, 11, 15, 20, 26, 33, 41, 50, 60, 70, 80];
 const SPANS: usize = 16;
 
+/// The span of each time step.
+const SPAN_OF_STEP: [u8; STEPS] = {
+    let (mut spans, mut step) = ([0; STEPS], 0);
+    while step < STEPS {
+        while step >= SPAN_ENDS[spans[step] as usize] {
+            spans[step] += 1;
+        }
+        step += 1;
+    }
+    spans
+};
+
 /// Least number of spans.
 const MIN_SPANS: usize = 6;
 
@@ -130,8 +142,13 @@ impl ArrivalHistogram {
         }
     }
 
-    /// Fits decays to the arrivals; `weight` is the sum of their weights.
-    pub(crate) fn fit(&self, columns: &DecayColumns, weight: f32, late: &mut LateEnergy) {
+    /// Fits decays to the arrivals; `weight` is the sum of their weights. Returns the shares of the groups in the energy of each span.
+    pub(crate) fn fit(
+        &self,
+        columns: &DecayColumns,
+        weight: f32,
+        late: &mut LateEnergy,
+    ) -> GroupShares {
         // Responses end `STEPS` after emission.
         let valid = STEPS.saturating_sub((self.nearest_s / self.step_s) as usize);
         let spans = SPAN_ENDS.iter().filter(|end| **end <= valid).count();
@@ -156,6 +173,40 @@ impl ArrivalHistogram {
         for (number, energy) in fitted.iter().enumerate() {
             late.energy[number / LATE_SEGMENTS][number % LATE_SEGMENTS] = *energy;
         }
+        GroupShares::of(columns, &fitted)
+    }
+}
+
+/// Shares of the groups in the energy of each span of the fit.
+#[derive(Debug, Clone)]
+pub(crate) struct GroupShares([[BandArray; LATE_GROUPS]; SPANS]);
+
+impl GroupShares {
+    fn of(columns: &DecayColumns, fitted: &[BandArray; COLUMNS]) -> Self {
+        let mut shares = [[[0.0; BANDS]; LATE_GROUPS]; SPANS];
+        for (span, shares) in shares.iter_mut().enumerate() {
+            let mut total = [f32::MIN_POSITIVE; BANDS];
+            for (number, (column, fitted)) in columns.0.iter().zip(fitted).enumerate() {
+                let share = &mut shares[number / LATE_SEGMENTS];
+                for b in 0..BANDS {
+                    let energy = column[span][b] * fitted[b];
+                    share[b] += energy;
+                    total[b] += energy;
+                }
+            }
+            for share in shares {
+                for b in 0..BANDS {
+                    share[b] /= total[b];
+                }
+            }
+        }
+        Self(shares)
+    }
+
+    /// The shares at a time step after the straight line's arrival.
+    pub(crate) fn at(&self, step: f32) -> &[BandArray; LATE_GROUPS] {
+        let step = (step.max(0.0) as usize).min(STEPS - 1);
+        &self.0[usize::from(SPAN_OF_STEP[step])]
     }
 }
 

@@ -3,8 +3,7 @@
 //! Own. Surface samples are connected to the listener by Lambert's law, like bounces in
 //! [`crate::propagation::diffuse::next_event`], and seen from the same viewpoints. With the responses of
 //! [`crate::propagation::diffuse::transport`] that gives the energy over time that arrives for a unit radiated by each
-//! patch. Decay times of the groups belong to the scene ([`crate::propagation::diffuse::decay_fit`]), their directions to
-//! the listener's position; neither depends on any source.
+//! patch, and its directions. Decay times of the groups belong to the scene ([`crate::propagation::diffuse::decay_fit`]).
 
 use glam::Vec3;
 
@@ -14,18 +13,15 @@ use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::diffuse::delayed::add_delayed;
 use crate::propagation::diffuse::envelope::STEPS;
+use crate::propagation::diffuse::late_directions::{MOMENTS, Moments, moments};
+use crate::propagation::diffuse::lifted_kernel::lifted_kernel;
 use crate::propagation::diffuse::packed_energy::PackedBands;
 use crate::propagation::diffuse::surface_samples::{MAX_PATCHES, NO_PATCH};
-use crate::propagation::diffuse::transport::SceneField;
+use crate::propagation::diffuse::transport::{DIRECTION_SPANS, SceneField};
 use crate::propagation::diffuse::visibility_cells::{GROUPS, VisibilityCells};
-use crate::propagation::late_group::{
-    LATE_DIRECTION_VECTORS, LATE_DIRECTIONS, LATE_GROUPS, LateGroup,
-};
+use crate::propagation::late_group::{LATE_GROUPS, LateGroup};
 use crate::scene::Scene;
 use crate::simd::{LaneSet, kernel};
-
-/// Cosine to a direction of [`LATE_DIRECTION_VECTORS`] from which on it takes a share of an arrival.
-const DIRECTION_COSINE: f32 = 0.5;
 
 /// What arrives from one patch.
 #[derive(Debug, Clone, Copy, Default)]
@@ -34,8 +30,8 @@ pub(crate) struct PatchView {
     pub(crate) energy: BandArray,
     /// Mean delay in seconds.
     pub(crate) delay_s: f32,
-    /// Shares of the energy by direction.
-    directions: [f32; LATE_DIRECTIONS],
+    /// Moments of the directions, of a unit of energy.
+    pub(crate) directions: [f32; MOMENTS],
 }
 
 /// The field at one listener position.
@@ -49,7 +45,9 @@ pub struct ListenerField {
     pub(crate) patches: Vec<PatchView>,
     /// Energy that arrives in each time step for a unit that a patch radiates: `[patch × STEPS + step]`.
     pub(crate) response: Vec<BandArray>,
-    /// Decay times and directions of the groups.
+    /// Moments of the energy that arrives in each of [`DIRECTION_SPANS`] for a unit that a patch radiates.
+    pub(crate) arriving: Vec<[Moments; DIRECTION_SPANS.len()]>,
+    /// Decay times of the groups.
     pub groups: [LateGroup; LATE_GROUPS],
 }
 
@@ -141,15 +139,15 @@ impl ListenerField {
             let offset = listener - sample.point;
             let square = offset.length_squared();
             let length_m = square.sqrt();
-            let cosine = sample.normal.dot(offset) / length_m.max(1e-6);
-            if !is_visible || cosine <= 0.0 || sample.patch == NO_PATCH {
+            let height_m = sample.normal.dot(offset);
+            if !is_visible || height_m <= 0.0 || sample.patch == NO_PATCH {
                 continue;
             }
             let patch = usize::from(sample.patch);
             // A sample is a disc of its area.
-            let spread_m2 = sample.area_m2 / std::f32::consts::PI;
+            let lifted_m2 = 0.5 * sample.area_m2 / std::f32::consts::PI;
             let share = sample.area_m2 / field.samples.patch_m2[patch];
-            let by_law = share * cosine / (std::f32::consts::PI * (square + spread_m2));
+            let by_law = share * lifted_kernel(square, height_m, lifted_m2);
             let leg_m = field.samples.leg_m[patch];
             let factor = field.specular.factor(patch, length_m, leg_m);
             let air = exp_neg(&scene.air_np_per_m().map(|m| 2.0 * m * length_m));
@@ -161,69 +159,32 @@ impl ListenerField {
             view.delay_s += kernel * length_m;
             weights[patch] += kernel;
             let towards = -offset / length_m.max(1e-6);
-            add_direction(&mut view.directions, towards, kernel);
+            for (sum, moment) in view.directions.iter_mut().zip(moments(towards)) {
+                *sum += kernel * moment;
+            }
         }
         let speed_m_s = scene.speed_of_sound_m_s() as f32;
         for (view, weight) in self.patches.iter_mut().zip(weights) {
             if weight > 0.0 {
                 view.delay_s /= weight * speed_m_s;
-                view.directions = view.directions.map(|share| share / weight);
+                view.directions = view.directions.map(|sum| sum / weight);
             }
         }
     }
 
-    /// Shares by direction, of energy that all patches radiate, and for the fastest group of energy that those radiate that
-    /// the listener sees.
+    /// Directions of what arrives of each patch.
     fn find_directions(&mut self, field: &SceneField) {
-        for (number, group) in self.groups.iter_mut().enumerate() {
-            let mut sums = [[0.0; BANDS]; LATE_DIRECTIONS];
-            for (to, view) in self.patches.iter().enumerate() {
-                if view.energy.iter().all(|energy| *energy == 0.0) {
-                    continue;
-                }
-                let leaving = match field.late_of(to).get(number) {
-                    Some(leaving) => *leaving,
-                    None => {
-                        let mut leaving = [0.0; BANDS];
-                        let seen = field.samples.share.iter().zip(&self.patches);
-                        for ((share, view), energy) in seen.zip(field.early_of(to)) {
-                            for b in 0..BANDS {
-                                leaving[b] += share * view.energy[b] * energy[b];
-                            }
-                        }
-                        leaving
-                    }
-                };
-                for (sum, share) in sums.iter_mut().zip(view.directions) {
-                    for b in 0..BANDS {
-                        sum[b] += share * leaving[b] * view.energy[b];
-                    }
-                }
+        self.arriving.clear();
+        self.arriving.resize(field.patches(), Default::default());
+        for (to, view) in self.patches.iter().enumerate() {
+            if view.energy.iter().any(|energy| *energy > 0.0) {
+                add_moments(
+                    LaneSet::best(),
+                    field.spans_of(to),
+                    view,
+                    &mut self.arriving,
+                );
             }
-            for b in 0..BANDS {
-                let total: f32 = sums.iter().map(|sum| sum[b]).sum();
-                for (share, sum) in group.directions.iter_mut().zip(&sums) {
-                    share[b] = match total > 0.0 {
-                        true => sum[b] / total,
-                        false => 1.0 / LATE_DIRECTIONS as f32,
-                    };
-                }
-            }
-        }
-    }
-}
-
-/// Divides an energy between the directions around its own.
-fn add_direction(shares: &mut [f32; LATE_DIRECTIONS], towards: Vec3, energy: f32) {
-    let weight = |direction: &Vec3| {
-        (towards.dot(*direction) - DIRECTION_COSINE)
-            .max(0.0)
-            .powi(2)
-    };
-    let total: f32 = LATE_DIRECTION_VECTORS.iter().map(weight).sum();
-    if total > 0.0 {
-        for (share, direction) in shares.iter_mut().zip(&LATE_DIRECTION_VECTORS) {
-            *share += energy * weight(direction) / total;
         }
     }
 }
@@ -235,6 +196,28 @@ kernel! {
         let rest = delay - whole as f32;
         for (sums, leaving) in response.chunks_exact_mut(STEPS).zip(leaving.chunks_exact(STEPS)) {
             add_delayed::<L>(leaving, 0, &view.energy, rest, &mut sums[whole..]);
+        }
+    }
+}
+
+kernel! {
+    /// Adds the moments of what arrives of one patch, of energy that leaves it in each span for each radiating patch. No fused
+    /// products: all machines give the same bits.
+    fn add_moments<L>(
+        leaving: &[[BandArray; DIRECTION_SPANS.len()]],
+        view: &PatchView,
+        sums: &mut [[Moments; DIRECTION_SPANS.len()]],
+    ) {
+        let energy = L::load(&view.energy);
+        let mut directions = [energy; MOMENTS];
+        for m in 0..MOMENTS {
+            directions[m] = L::splat(view.directions[m]);
+        }
+        for (leaving, sums) in leaving.as_flattened().iter().zip(sums.as_flattened_mut()) {
+            let arriving = L::load(leaving).mul(energy);
+            for m in 0..MOMENTS {
+                L::load(&sums[m]).add(arriving.mul(directions[m])).store(&mut sums[m]);
+            }
         }
     }
 }

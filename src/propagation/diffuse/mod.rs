@@ -28,6 +28,8 @@ mod delay_sums;
 mod delayed;
 mod deposits;
 pub mod envelope;
+pub mod late_directions;
+mod lifted_kernel;
 pub mod listener_field;
 pub mod next_event;
 mod packed_energy;
@@ -57,6 +59,7 @@ use crate::propagation::diffuse::by_rotation::ByRotation;
 use crate::propagation::diffuse::cached_rays::{CachedRays, Validity};
 use crate::propagation::diffuse::deposits::{Deposit, DepositSums};
 use crate::propagation::diffuse::envelope::{ArrivalHistogram, STEPS_PER_FREE_TIME};
+use crate::propagation::diffuse::late_directions::LateDirections;
 use crate::propagation::diffuse::next_event::{SecondarySources, SourceView};
 use crate::propagation::diffuse::packed_sequences::PackedSequences;
 use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
@@ -129,11 +132,30 @@ struct EstimateKey {
     version: u64,
 }
 
+/// An estimate of one source's late energy at the listener.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LateEstimate {
+    /// The energy.
+    pub energy: LateEnergy,
+    /// Where it arrives from.
+    pub directions: LateDirections,
+}
+
+impl LateEstimate {
+    /// No late energy.
+    pub fn silent(source: SourceId) -> Self {
+        Self {
+            energy: LateEnergy::silent(source),
+            directions: LateDirections::default(),
+        }
+    }
+}
+
 /// What one of several listeners has of an estimate, while it is the turn of others.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ListenerView {
     rotations: Vec<SourceView>,
-    latest: Option<(EstimateKey, LateEnergy)>,
+    latest: Option<(EstimateKey, LateEstimate)>,
 }
 
 /// Running estimate of one source's late field.
@@ -153,7 +175,7 @@ pub struct LateEstimator {
     /// Increases whenever `sum` changes.
     version: u64,
     /// The latest estimate and what it holds for.
-    latest: Option<(EstimateKey, LateEnergy)>,
+    latest: Option<(EstimateKey, LateEstimate)>,
     /// The latest position of the source, local coordinates.
     source: DVec3,
     /// Delay of the straight line.
@@ -324,14 +346,12 @@ impl LateEstimator {
         field: &SceneField,
         listener: &ListenerField,
         source: SourceId,
-    ) -> LateEnergy {
+    ) -> LateEstimate {
         // A source at an infinite distance is silent.
         let start_s = (self.nearest_s as f32).min(f32::MAX);
-        let mut late = LateEnergy {
-            start_s,
-            mean_free_time_s: STEPS_PER_FREE_TIME * field.step_s,
-            ..LateEnergy::silent(source)
-        };
+        let mut late = LateEstimate::silent(source);
+        late.energy.start_s = start_s;
+        late.energy.mean_free_time_s = STEPS_PER_FREE_TIME * field.step_s;
         self.version += u64::from(self.sum_deposits());
         let key = EstimateKey {
             source: self.source,
@@ -339,7 +359,7 @@ impl LateEstimator {
             renewals: field.renewals,
             version: self.version,
         };
-        let is_known = |(of, _): &(EstimateKey, LateEnergy)| *of == key;
+        let is_known = |(of, _): &(EstimateKey, LateEstimate)| *of == key;
         if let Some((_, estimate)) = self.latest.filter(is_known) {
             return estimate;
         }
@@ -353,7 +373,9 @@ impl LateEstimator {
         let weights = self.weights.iter().sum();
         if weights > 0.0 {
             self.sum.gather(field, listener, &mut histogram);
-            histogram.fit(&field.decays.columns, weights, &mut late);
+            let shares = histogram.fit(&field.decays.columns, weights, &mut late.energy);
+            let directions = self.sum.directions(field, listener, &histogram, &shares);
+            late.directions = directions.map(|m| m.map(|e| e.map(|energy| energy / weights)));
         }
         self.latest = Some((key, late));
         late

@@ -16,6 +16,7 @@ use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::diffuse::bounce_buffer::{Bounce, BounceBuffer};
 use crate::propagation::diffuse::envelope::ArrivalHistogram;
+use crate::propagation::diffuse::lifted_kernel::lifted_kernel;
 use crate::propagation::diffuse::surface_samples::NO_PATCH;
 use crate::propagation::diffuse::trace::TraceBuffers;
 use crate::propagation::diffuse::transport::SceneField;
@@ -33,8 +34,8 @@ pub const SHADOW_RAYS: usize = NEAR_BOUNCES + 1;
 /// Most entries of [`crate::propagation::diffuse::deposits::Deposits`]: rounding may add one to each part, and every bounce has two sides.
 const MAX_DEPOSITS: usize = 2 * (NEAR_BOUNCES + FAR_BOUNCES + 2);
 
-/// Radius in metres over which a bounce is spread, which bounds its level at a listener beside it.
-const SPREAD_M: f32 = 0.7;
+/// What a bounce is lifted by for [`lifted_kernel`], in square metres: that of a disc of 0.7 m radius.
+const LIFTED_M2: f32 = 0.5 * 0.7 * 0.7;
 
 /// Arrivals computed at once.
 const ARRIVAL_LANES: usize = 16;
@@ -362,10 +363,12 @@ impl Connections {
             let [x, y, z] = [self.offset[0][l], self.offset[1][l], self.offset[2][l]];
             let n = [self.normal[0][l], self.normal[1][l], self.normal[2][l]];
             let length_m = (x * x + y * y + z * z).sqrt();
-            let cosine = (n[0] * x + n[1] * y + n[2] * z).max(0.0) / length_m.max(1e-6);
+            let height_m = n[0] * x + n[1] * y + n[2] * z;
             after_m[l] = length_m;
-            kernel[l] =
-                cosine / (std::f32::consts::PI * (length_m * length_m + SPREAD_M * SPREAD_M));
+            kernel[l] = match height_m > 0.0 {
+                true => lifted_kernel(length_m * length_m, height_m, LIFTED_M2),
+                false => 0.0,
+            };
         }
         for l in 0..ARRIVAL_LANES {
             delay_s[l] = f64::from(self.before_m[l] + after_m[l]) / receiver.speed_m_s;

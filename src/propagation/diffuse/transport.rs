@@ -23,7 +23,6 @@ use crate::propagation::diffuse::packed_energy::{PackedBands, pack};
 use crate::propagation::diffuse::slowest_decay::slowest_decay;
 use crate::propagation::diffuse::specular_legs::SpecularLegs;
 use crate::propagation::diffuse::surface_samples::{NO_PATCH, SurfaceSamples, facing, probe_ray};
-use crate::propagation::late_group::LATE_GROUPS;
 use crate::scene::Scene;
 use crate::simd::{LaneSet, kernel};
 
@@ -45,9 +44,8 @@ const SAMPLES_A_STEP: usize = 24;
 /// The same where the field in use has next to none around a listener.
 const SAMPLES_AN_URGENT_STEP: usize = 128;
 
-/// Time steps that the directions of the fastest group are taken from, and those of the other groups.
-pub(crate) const EARLY_STEPS: Range<usize> = 2..16;
-pub(crate) const LATE_STEPS: [Range<usize>; LATE_GROUPS - 1] = [40..80, 16..40];
+/// Spans of a response in time steps, for the directions of what arrives.
+pub(crate) const DIRECTION_SPANS: [Range<usize>; 4] = [0..6, 6..16, 16..36, 36..STEPS];
 
 /// Most specular reflections of a ray; what is left is then radiated by the last patch.
 const MAX_ORDER: usize = 40;
@@ -88,10 +86,8 @@ pub struct SceneField {
     /// Energy that leaves patch `to` in a time step, for a unit that patch `from` radiates at time 0:
     /// `[(to × patches + from) × STEPS + step]`.
     responses: Vec<PackedBands>,
-    /// Sum of a response over [`EARLY_STEPS`]: `[to × patches + from]`.
-    early: Vec<BandArray>,
-    /// Energy that leaves a patch in the steps of [`LATE_STEPS`], for a unit that all patches radiate together.
-    late: Vec<[BandArray; LATE_STEPS.len()]>,
+    /// Sums of a response over [`DIRECTION_SPANS`]: `[to × patches + from]`.
+    spans: Vec<[BandArray; DIRECTION_SPANS.len()]>,
     /// Counts calls of [`Self::renew`].
     pub(crate) renewals: u64,
     /// What becomes of the energy that each patch radiates, up to its first reflection.
@@ -122,8 +118,7 @@ impl SceneField {
             step_s: step_s.clamp(STEP_RANGE_S.0, STEP_RANGE_S.1),
             speed_m_s,
             responses: Vec::new(),
-            early: Vec::new(),
-            late: Vec::new(),
+            spans: Vec::new(),
             renewals: 0,
             first_legs: Vec::new(),
             specular: SpecularLegs::default(),
@@ -153,12 +148,14 @@ impl SceneField {
         let mut response = vec![[0.0; BANDS]; patches * STEPS];
         self.responses.clear();
         self.responses.reserve_exact(patches * STEPS * patches);
-        self.early.clear();
-        self.late.clear();
+        self.spans.clear();
         for to in 0..patches {
             response.fill([0.0; BANDS]);
             respond(LaneSet::best(), &transports, to as u16, &mut response);
-            self.sum_spans(&response);
+            let responses = response.chunks_exact(STEPS);
+            self.spans.extend(
+                responses.map(|response| DIRECTION_SPANS.map(|steps| sum_of(&response[steps]))),
+            );
             sums.add_later_of_air(&response, &mut of_spans);
             self.responses.extend(response.iter().map(pack));
         }
@@ -200,30 +197,9 @@ impl SceneField {
         &self.responses[to * size..][..size]
     }
 
-    /// Energy that leaves a patch within [`EARLY_STEPS`], for each radiating patch.
-    pub(crate) fn early_of(&self, to: usize) -> &[BandArray] {
-        &self.early[to * self.patches()..][..self.patches()]
-    }
-
-    /// Energy that leaves a patch in the steps of [`LATE_STEPS`], for a unit that all patches radiate together.
-    pub(crate) fn late_of(&self, to: usize) -> &[BandArray; LATE_STEPS.len()] {
-        &self.late[to]
-    }
-
-    /// Adds the sums of one patch's response to [`Self::early`] and [`Self::late`].
-    fn sum_spans(&mut self, response: &[BandArray]) {
-        let mut late = [[0.0; BANDS]; LATE_STEPS.len()];
-        let responses = response.chunks_exact(STEPS);
-        for (response, share) in responses.zip(&self.samples.share) {
-            self.early.push(sum_of(&response[EARLY_STEPS]));
-            for (late, steps) in late.iter_mut().zip(LATE_STEPS) {
-                let energy = sum_of(&response[steps]);
-                for b in 0..BANDS {
-                    late[b] += share * energy[b];
-                }
-            }
-        }
-        self.late.push(late);
+    /// Energy that leaves a patch within each of [`DIRECTION_SPANS`], for each radiating patch.
+    pub(crate) fn spans_of(&self, to: usize) -> &[[BandArray; DIRECTION_SPANS.len()]] {
+        &self.spans[to * self.patches()..][..self.patches()]
     }
 
     /// Empty sums for [`Self::trace`].

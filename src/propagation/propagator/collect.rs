@@ -2,6 +2,7 @@
 
 use super::Propagator;
 use crate::propagation::diffraction::{MAX_DIRECT_EDGES, MAX_REFLECTED_EDGE_PATHS};
+use crate::propagation::diffuse::late_directions::set_directions;
 use crate::propagation::path::{Path, PathSet};
 use crate::propagation::source_task::SourceTask;
 use crate::scene::SourcePose;
@@ -26,9 +27,10 @@ impl Propagator {
             result.reflection_edges.extend(edges);
         }
         result.late.clear();
-        let late = tasks.iter().filter_map(|task| task.late_energy);
-        result.late.extend(late);
+        let late = || tasks.iter().filter_map(|task| task.latest_late.as_ref());
+        result.late.extend(late().map(|late| late.energy));
         result.late_groups = self.listener_field.groups;
+        set_directions(&mut result.late_groups, late().map(|late| &late.directions));
         result.predicted_groups.clear();
         result.predicted_positions.clear();
         result.predicted_late.clear();
@@ -38,9 +40,11 @@ impl Propagator {
         let predicted = self.predicted.iter().filter(|_| is_complete);
         for (index, there) in predicted.enumerate() {
             result.predicted_positions.push(there.position);
-            result.predicted_groups.push(there.field.groups);
-            let late = tasks.iter().map(|task| task.predicted_late[index]);
-            result.predicted_late.extend(late);
+            let late = || tasks.iter().map(|task| &task.predicted_late[index]);
+            result.predicted_late.extend(late().map(|late| late.energy));
+            let mut groups = there.field.groups;
+            set_directions(&mut groups, late().map(|late| &late.directions));
+            result.predicted_groups.push(groups);
             let position = |(index, pose): (usize, &SourcePose)| {
                 there.sources.get(index).copied().unwrap_or(pose.position)
             };

@@ -1,11 +1,11 @@
 //! What depends on the listener in the state of a source, for several listeners in turn.
 
 use crate::propagation::diffraction::NearEdges;
-use crate::propagation::diffuse::ListenerView;
+use crate::propagation::diffuse::{LateEstimate, ListenerView};
 use crate::propagation::image_source::nearby_gate::NearbyGate;
 use crate::propagation::image_source::occluder_cache::OccluderCache;
 use crate::propagation::image_source::valid_cache::ValidCache;
-use crate::propagation::path::{LateEnergy, Path};
+use crate::propagation::path::Path;
 use crate::propagation::settings::PropagationSettings;
 use crate::scene::edges::DiffractingEdges;
 
@@ -19,8 +19,8 @@ pub(super) struct ListenerPart {
     pub(super) nearby_gate: NearbyGate,
     pub(super) line_edges: DiffractingEdges,
     pub(super) near_edges: NearEdges,
-    pub(super) late_energy: Option<LateEnergy>,
-    pub(super) predicted_late: Vec<LateEnergy>,
+    pub(super) latest_late: Option<LateEstimate>,
+    pub(super) predicted_late: Vec<LateEstimate>,
     pub(super) late: ListenerView,
 }
 
@@ -34,7 +34,7 @@ impl ListenerPart {
             nearby_gate: NearbyGate::default(),
             line_edges: DiffractingEdges::default(),
             near_edges: NearEdges::default(),
-            late_energy: None,
+            latest_late: None,
             predicted_late: Vec::new(),
             late: ListenerView::default(),
         }

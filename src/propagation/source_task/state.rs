@@ -35,7 +35,7 @@ impl SourceTask {
             nearby_estimates: Vec::new(),
             line_edges: DiffractingEdges::default(),
             near_edges: NearEdges::default(),
-            late_energy: None,
+            latest_late: None,
             predicted_late: Vec::new(),
             rays: 0,
         }
@@ -52,7 +52,7 @@ impl SourceTask {
         self.last_position = None;
         self.is_idle = false;
         self.late = LateEstimator::default();
-        self.late_energy = None;
+        self.latest_late = None;
         self.missing_rotations = 0;
         self.cache.clear();
         self.nearby_gate = NearbyGate::default();
@@ -90,7 +90,7 @@ impl SourceTask {
         std::mem::swap(&mut self.nearby_gate, &mut part.nearby_gate);
         std::mem::swap(&mut self.line_edges, &mut part.line_edges);
         std::mem::swap(&mut self.near_edges, &mut part.near_edges);
-        std::mem::swap(&mut self.late_energy, &mut part.late_energy);
+        std::mem::swap(&mut self.latest_late, &mut part.latest_late);
         std::mem::swap(&mut self.predicted_late, &mut part.predicted_late);
     }
 
