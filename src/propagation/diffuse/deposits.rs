@@ -9,7 +9,7 @@ use crate::propagation::diffuse::bounce_buffer::Bounce;
 use crate::propagation::diffuse::delay_sums::varied;
 use crate::propagation::diffuse::delayed::add_delayed;
 use crate::propagation::diffuse::envelope::{ArrivalHistogram, GroupShares, STEPS};
-use crate::propagation::diffuse::late_directions::{LateDirections, Moments};
+use crate::propagation::diffuse::late_directions::{LateDirections, MOMENTS, Moments};
 use crate::propagation::diffuse::listener_field::{ListenerField, PatchView};
 use crate::propagation::diffuse::surface_samples::{MAX_PATCHES, NO_PATCH};
 use crate::propagation::diffuse::transport::{DIRECTION_SPANS, SceneField};
@@ -197,15 +197,6 @@ impl DepositSums {
     }
 }
 
-/// Energy of a patch's deposits by the groups that it is heard in.
-#[derive(Default)]
-struct ByGroups {
-    /// What is heard directly.
-    direct: [BandArray; LATE_GROUPS],
-    /// What the patch radiates, by the span of the response in which it is heard.
-    radiated: [[BandArray; LATE_GROUPS]; DIRECTION_SPANS.len()],
-}
-
 impl DepositSums {
     /// Directions of what arrives at the listener in the groups; `shares` are those of `histogram`.
     pub(crate) fn directions(
@@ -218,53 +209,67 @@ impl DepositSums {
         let mut result = LateDirections::default();
         let views = listener.patches.iter().zip(&listener.arriving);
         for (deposits, (view, arriving)) in self.sums.chunks_exact(SPANS).zip(views) {
-            let mut sums = ByGroups::default();
-            let mut is_silent = true;
-            for deposit in deposits.iter().filter(|deposit| deposit.weight > 0.0) {
-                is_silent = false;
-                let steps = deposit.steps / deposit.weight - histogram.nearest_steps();
-                let of_groups = shares.at(steps + view.delay_s / field.step_s);
-                divide(&deposit.leaving, of_groups, &mut sums.direct);
-                for (sums, span) in sums.radiated.iter_mut().zip(DIRECTION_SPANS) {
-                    let middle = 0.5 * (span.start + span.end) as f32;
-                    divide(&deposit.scattered, shares.at(steps + middle), sums);
-                }
-            }
-            if !is_silent {
-                add_moments(LaneSet::best(), &sums, view, arriving, &mut result);
+            if deposits.iter().any(|deposit| deposit.weight > 0.0) {
+                let arrival = Arrival {
+                    view,
+                    delay: view.delay_s / field.step_s,
+                    arriving,
+                    nearest: histogram.nearest_steps(),
+                };
+                add_directions(LaneSet::best(), deposits, &arrival, shares, &mut result);
             }
         }
         result
     }
 }
 
-/// Adds an energy, divided between the groups.
-fn divide(
-    energy: &BandArray,
-    shares: &[BandArray; LATE_GROUPS],
-    sums: &mut [BandArray; LATE_GROUPS],
-) {
-    for (sum, share) in sums.iter_mut().zip(shares) {
-        for b in 0..BANDS {
-            sum[b] += energy[b] * share[b];
-        }
-    }
+/// How what a patch radiates arrives at the listener. Times are in time steps.
+struct Arrival<'a> {
+    view: &'a PatchView,
+    delay: f32,
+    arriving: &'a [Moments; DIRECTION_SPANS.len()],
+    /// Arrival of the straight line.
+    nearest: f32,
 }
 
 kernel! {
-    /// Adds the moments of what arrives of one patch. No fused products: all machines give the same bits.
-    fn add_moments<L>(
-        energy: &ByGroups,
-        view: &PatchView,
-        arriving: &[Moments; DIRECTION_SPANS.len()],
+    /// Adds the moments of what arrives of one patch, divided between the groups. No fused products: all machines give the same bits.
+    fn add_directions<L>(
+        deposits: &[Deposit],
+        arrival: &Arrival<'_>,
+        shares: &GroupShares,
         result: &mut LateDirections,
     ) {
-        for (group, sums) in result.iter_mut().enumerate() {
-            let direct = L::load(&energy.direct[group]).mul(L::load(&view.energy));
-            for (moment, sum) in sums.iter_mut().enumerate() {
-                let mut lanes = L::load(sum).add(direct.mul(L::splat(view.directions[moment])));
-                for (radiated, arriving) in energy.radiated.iter().zip(arriving) {
-                    lanes = lanes.add(L::load(&radiated[group]).mul(L::load(&arriving[moment])));
+        let mut direct = [L::splat(0.0); LATE_GROUPS];
+        let mut radiated = [[L::splat(0.0); LATE_GROUPS]; DIRECTION_SPANS.len()];
+        for deposit in deposits {
+            if deposit.weight <= 0.0 {
+                continue;
+            }
+            let steps = deposit.steps / deposit.weight - arrival.nearest;
+            let leaving = L::load(&deposit.leaving);
+            let of_groups = shares.at(steps + arrival.delay);
+            for g in 0..LATE_GROUPS {
+                direct[g] = direct[g].add(leaving.mul(L::load(&of_groups[g])));
+            }
+            let scattered = L::load(&deposit.scattered);
+            for span in 0..DIRECTION_SPANS.len() {
+                let middle = 0.5 * (DIRECTION_SPANS[span].start + DIRECTION_SPANS[span].end) as f32;
+                let of_groups = shares.at(steps + middle);
+                for g in 0..LATE_GROUPS {
+                    let sum = &mut radiated[span][g];
+                    *sum = sum.add(scattered.mul(L::load(&of_groups[g])));
+                }
+            }
+        }
+        let energy = L::load(&arrival.view.energy);
+        for g in 0..LATE_GROUPS {
+            let direct = direct[g].mul(energy);
+            for m in 0..MOMENTS {
+                let sum = &mut result[g][m];
+                let mut lanes = L::load(sum).add(direct.mul(L::splat(arrival.view.directions[m])));
+                for span in 0..DIRECTION_SPANS.len() {
+                    lanes = lanes.add(radiated[span][g].mul(L::load(&arrival.arriving[span][m])));
                 }
                 lanes.store(sum);
             }

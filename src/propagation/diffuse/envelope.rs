@@ -15,7 +15,7 @@ use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::late_group::{LATE_GROUPS, LateGroup};
 use crate::propagation::path::{LATE_SEGMENTS, LateEnergy};
-use crate::simd::kernel;
+use crate::simd::{LaneSet, kernel};
 
 /// Time steps of a response.
 pub(crate) const STEPS: usize = 80;
@@ -164,12 +164,7 @@ impl ArrivalHistogram {
             first = end;
         }
         let mut fitted = [[0.0; BANDS]; COLUMNS];
-        fit(
-            crate::simd::LaneSet::best(),
-            &energy[..spans],
-            &columns.0,
-            &mut fitted,
-        );
+        fit(LaneSet::best(), &energy[..spans], &columns.0, &mut fitted);
         for (number, energy) in fitted.iter().enumerate() {
             late.energy[number / LATE_SEGMENTS][number % LATE_SEGMENTS] = *energy;
         }
@@ -184,12 +179,32 @@ pub(crate) struct GroupShares([[BandArray; LATE_GROUPS]; SPANS]);
 impl GroupShares {
     fn of(columns: &DecayColumns, fitted: &[BandArray; COLUMNS]) -> Self {
         let mut shares = [[[0.0; BANDS]; LATE_GROUPS]; SPANS];
+        divide(LaneSet::best(), &columns.0, fitted, &mut shares);
+        Self(shares)
+    }
+
+    /// The shares at a time step after the straight line's arrival.
+    #[inline(always)]
+    pub(crate) fn at(&self, step: f32) -> &[BandArray; LATE_GROUPS] {
+        let step = (step.max(0.0) as usize).min(STEPS - 1);
+        &self.0[usize::from(SPAN_OF_STEP[step])]
+    }
+}
+
+kernel! {
+    /// Shares of the groups in the energy of each span. No fused products: all machines give the same bits.
+    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
+    fn divide<L>(
+        columns: &[[BandArray; SPANS]; COLUMNS],
+        fitted: &[BandArray; COLUMNS],
+        shares: &mut [[BandArray; LATE_GROUPS]; SPANS],
+    ) {
         for (span, shares) in shares.iter_mut().enumerate() {
             let mut total = [f32::MIN_POSITIVE; BANDS];
-            for (number, (column, fitted)) in columns.0.iter().zip(fitted).enumerate() {
+            for number in 0..COLUMNS {
                 let share = &mut shares[number / LATE_SEGMENTS];
                 for b in 0..BANDS {
-                    let energy = column[span][b] * fitted[b];
+                    let energy = columns[number][span][b] * fitted[number][b];
                     share[b] += energy;
                     total[b] += energy;
                 }
@@ -200,13 +215,6 @@ impl GroupShares {
                 }
             }
         }
-        Self(shares)
-    }
-
-    /// The shares at a time step after the straight line's arrival.
-    pub(crate) fn at(&self, step: f32) -> &[BandArray; LATE_GROUPS] {
-        let step = (step.max(0.0) as usize).min(STEPS - 1);
-        &self.0[usize::from(SPAN_OF_STEP[step])]
     }
 }
 
