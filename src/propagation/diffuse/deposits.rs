@@ -21,6 +21,9 @@ use crate::simd::{LaneSet, kernel};
 const SPAN_ENDS: [f32; SPANS - 1] = [2.0, 4.0, 7.0, 11.0, 16.0, 23.0, 32.0, 44.0, 58.0];
 const SPANS: usize = 10;
 
+/// Neighbouring spans that are one for directions.
+const SPANS_TOGETHER: usize = 3;
+
 /// Least factor of a patch's ends, and their range: the ratio of two ends. With the same ends for all patches, energy that
 /// flies between walls for long would arrive in bursts.
 const VARIED: (f32, f32) = (0.82, 0.38);
@@ -242,17 +245,23 @@ kernel! {
     ) {
         let mut direct = [L::splat(0.0); LATE_GROUPS];
         let mut radiated = [[L::splat(0.0); LATE_GROUPS]; DIRECTION_SPANS.len()];
-        for deposit in deposits {
-            if deposit.weight <= 0.0 {
+        for deposits in deposits.chunks(SPANS_TOGETHER) {
+            let (mut scattered, mut leaving) = (L::splat(0.0), L::splat(0.0));
+            let (mut steps, mut weight) = (0.0, 0.0);
+            for deposit in deposits {
+                scattered = scattered.add(L::load(&deposit.scattered));
+                leaving = leaving.add(L::load(&deposit.leaving));
+                steps += deposit.steps;
+                weight += deposit.weight;
+            }
+            if weight <= 0.0 {
                 continue;
             }
-            let steps = deposit.steps / deposit.weight - arrival.nearest;
-            let leaving = L::load(&deposit.leaving);
+            let steps = steps / weight - arrival.nearest;
             let of_groups = shares.at(steps + arrival.delay);
             for g in 0..LATE_GROUPS {
                 direct[g] = direct[g].add(leaving.mul(L::load(&of_groups[g])));
             }
-            let scattered = L::load(&deposit.scattered);
             for span in 0..DIRECTION_SPANS.len() {
                 let middle = 0.5 * (DIRECTION_SPANS[span].start + DIRECTION_SPANS[span].end) as f32;
                 let of_groups = shares.at(steps + middle);
