@@ -28,7 +28,7 @@ use crate::propagation::image_source::validation_queue::ValidationQueue;
 use crate::propagation::image_source::window_cull::CandidateCull;
 use crate::propagation::quality_level::PropagationQuality;
 use crate::propagation::rays::directions::{ROTATIONS, lattice_of, rotation};
-use crate::propagation::update_scope::UpdateScope;
+use crate::propagation::update_scope::{UpdateScope, is_of_planes};
 use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 use listener_part::ListenerPart;
@@ -149,8 +149,10 @@ pub(super) struct SourceTask {
     last_position: Option<DVec3>,
     /// Whether its source was removed.
     pub(super) is_idle: bool,
-    /// Whether it is searched for in this update.
+    /// Whether it is searched for in this update, and if so, whether paths that are no reflections at planes are those of the update
+    /// before.
     is_searched: bool,
+    keeps_others: bool,
     /// The listener whose turn it is, and the state of the others, by index.
     listener: usize,
     parts: Vec<ListenerPart>,
@@ -192,7 +194,9 @@ impl SourceTask {
         scratch: &mut Scratch,
     ) {
         self.rays = 0;
-        self.is_searched = self.latest_late.is_none() || context.scope.has_source(self.id);
+        let is_new = self.latest_late.is_none();
+        self.is_searched = is_new || context.scope.has_source(self.id);
+        self.keeps_others = context.scope.only_planes && !is_new;
         if context.scope.jumped.contains(&self.id) {
             self.drop_rays(context.round);
             self.nearby_gate = NearbyGate::default();
@@ -209,8 +213,13 @@ impl SourceTask {
             Some(turn) => self.update_late(context, index, pose, turn, &mut scratch.rays),
             None => self.predicted_late.clear(),
         }
-        if self.is_searched {
-            self.find_direct_and_diffracted(context, pose);
+        match (self.is_searched, self.keeps_others) {
+            (true, false) => self.find_direct_and_diffracted(context, pose),
+            (true, true) => {
+                self.paths.retain(|path| !is_of_planes(context.scene, path));
+                self.nearby.clear();
+            }
+            (false, _) => {}
         }
     }
 
@@ -236,28 +245,39 @@ impl SourceTask {
         own.clear();
         let add = |own: &mut SequenceSet, sequence: Sequence| {
             let hash = sequence.hash();
-            if sequence.len() <= depth && !context.guide.contains_hashed(&sequence, hash) {
+            if !context.guide.contains_hashed(&sequence, hash) {
                 own.insert_hashed(sequence, hash);
             }
         };
         if let Some(rotation) = self.rotation {
-            let found = self.late.sequences(rotation);
+            let found = self.late.short_sequences(rotation, depth);
             found.for_each(|sequence| add(own, sequence));
         }
         let cached = self.cache.entries().iter();
+        let cached = cached.filter(|sequence| sequence.len() <= depth);
         cached.for_each(|sequence| add(own, sequence.renewed(scene)));
-        // An update with nearby paths has time for the sequences of other rotations.
-        let Some(rotation) = self.rotation.filter(|_| context.update.nearby_m.is_some()) else {
-            return;
-        };
-        for other in (ROTATION_STRIDE as u64..ROTATIONS).step_by(ROTATION_STRIDE) {
-            for sequence in self.late.sequences(rotation + other) {
+        let first = self.rotation.unwrap_or(context.update.round);
+        for other in self.other_rotations(&context.update) {
+            for sequence in self.late.short_sequences(first + other, depth) {
                 if own.entries().len() >= MAX_OWN {
                     return;
                 }
                 add(own, sequence.renewed(scene));
             }
         }
+    }
+
+    /// The rotations whose sequences are tried besides those of the one in turn, from that one on. An update of low orders, of
+    /// which each has few, tries all, and one with nearby paths some: it takes longer.
+    fn other_rotations(&self, update: &UpdateContext<'_>) -> impl Iterator<Item = u64> + use<> {
+        let stride = match (update.scope.max_order, update.nearby_m, self.rotation) {
+            (Some(_), ..) => Some(1),
+            (None, Some(_), Some(_)) => Some(ROTATION_STRIDE),
+            _ => None,
+        };
+        let others = stride.map(|stride| (0..ROTATIONS).step_by(stride));
+        let tried = usize::from(self.rotation.is_some());
+        others.into_iter().flatten().skip(tried)
     }
 
     /// Whether none of the source's rays has left energy at the patches of the field.
@@ -398,10 +418,17 @@ impl SourceTask {
             };
             self.validate_candidates(context, &query, index, scratch);
             let (rays, paths) = (&mut self.rays, &mut self.paths);
-            let depth = update.settings.depth;
             let mut push = |path| paths.push(path);
-            curved_reflection::find(update.scene, &query.endpoints, depth, rays, &mut push);
-            self.add_paths_for_missing_reflections(&query);
+            if !self.keeps_others {
+                curved_reflection::find(
+                    update.scene,
+                    &query.endpoints,
+                    update.depth,
+                    rays,
+                    &mut push,
+                );
+                self.add_paths_for_missing_reflections(&query);
+            }
             if update.nearby_m.is_some() {
                 self.nearby_gate = NearbyGate::after(&mut self.nearby_estimates);
             }

@@ -1,6 +1,7 @@
 //! What an update searches for, if not everything: after a jump the cheapest comes first.
 
-use crate::scene::SourceId;
+use crate::propagation::path::Path;
+use crate::scene::{Scene, SourceId};
 
 /// The scope of the next update. The default is a whole search.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -15,6 +16,8 @@ pub struct UpdateScope {
     pub max_candidates: Option<usize>,
     /// Whether late energy is left out: that of the result is of the update before.
     pub skips_late: bool,
+    /// Whether only reflections at planes are searched for: the other paths are of the update before.
+    pub only_planes: bool,
     /// Sources that were put elsewhere since the last update: what was found out at their old positions is dropped.
     pub jumped: Vec<SourceId>,
 }
@@ -26,19 +29,30 @@ impl UpdateScope {
         sources.is_none_or(|sources| sources.contains(&source))
     }
 
-    /// Whether the update would have found a valid path of a source with so many reflections and diffractions.
-    pub fn covers(&self, source: SourceId, order: u8, diffraction_order: u8) -> bool {
-        let is_searched = |most: usize| diffraction_order > 0 || usize::from(order) <= most;
-        self.has_source(source) && self.max_order.is_none_or(is_searched)
+    /// Whether the update would have found a path if it were valid.
+    pub fn has(&self, scene: &Scene, path: &Path) -> bool {
+        let is_searched = match is_of_planes(scene, path) {
+            true => self
+                .max_order
+                .is_none_or(|most| usize::from(path.order) <= most),
+            false => !self.only_planes,
+        };
+        self.has_source(path.source) && is_searched
     }
 
     /// Whether everything is searched for.
     pub fn is_whole(&self) -> bool {
-        self.sources.is_none() && self.max_order.is_none()
+        self.sources.is_none() && self.max_order.is_none() && !self.only_planes
     }
 
     /// Reflection order of the search under the settings' `depth`.
     pub(crate) fn depth(&self, depth: usize) -> usize {
         self.max_order.map_or(depth, |most| most.min(depth))
     }
+}
+
+/// Whether a path is a reflection at planes alone.
+pub(crate) fn is_of_planes(scene: &Scene, path: &Path) -> bool {
+    let is_panel = |surface: &u32| scene.surface(*surface).panel_triangle_count > 0;
+    path.order > 0 && path.diffraction_order == 0 && path.surfaces().iter().all(is_panel)
 }

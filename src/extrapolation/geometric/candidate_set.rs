@@ -218,10 +218,11 @@ impl Merge<'_> {
     fn step(&mut self) -> bool {
         let progress = &mut self.progress;
         let (paths, scope) = (&self.update.paths, &self.update.scope);
+        let scene = self.inputs.update_scene;
         while let Some(path) = paths.get(progress.path) {
             if path.is_frame_validated() {
                 progress.path += 1;
-            } else if !scope.has_source(path.source) {
+            } else if !scope.has(scene, path) {
                 // As of the update before, which has been merged.
                 progress.path += 1;
             } else {
@@ -326,9 +327,8 @@ impl Merge<'_> {
             state,
             line,
         } = old;
-        let path = &candidate.path;
-        let scope = &self.update.scope;
-        if !scope.covers(path.source, path.order, path.diffraction_order) {
+        let scene = self.inputs.update_scene;
+        if !self.update.scope.has(scene, &candidate.path) {
             return self.next.push(candidate, state, line);
         }
         if !self.is_retained(candidate) {

@@ -23,7 +23,7 @@ impl PreparedUpdate {
         let paths = update.paths.iter();
         let scope = &update.scope;
         let extrapolated =
-            paths.filter(|path| !path.is_frame_validated() && scope.has_source(path.source));
+            paths.filter(|path| !path.is_frame_validated() && scope.has(scene, path));
         self.recipes.clear();
         self.recipes
             .extend(extrapolated.map(|path| PathRecipe::of(path, update, scene)));

@@ -66,7 +66,7 @@ use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
 use crate::propagation::diffuse::trace::TraceBuffers;
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
-use crate::propagation::path::LateEnergy;
+use crate::propagation::path::{LateEnergy, MAX_ORDER};
 use crate::propagation::rays::directions::ROTATIONS;
 use crate::scene::{Scene, SourceId};
 
@@ -273,7 +273,16 @@ impl LateEstimator {
 
     /// Specular prefixes of a rotation's rays, each once, in the order of the rays.
     pub fn sequences(&self, rotation: u64) -> impl Iterator<Item = Sequence> {
-        self.sequences.of((rotation % ROTATIONS) as usize)
+        self.short_sequences(rotation, MAX_ORDER)
+    }
+
+    /// Those of up to `most` reflections.
+    pub(crate) fn short_sequences(
+        &self,
+        rotation: u64,
+        most: usize,
+    ) -> impl Iterator<Item = Sequence> {
+        self.sequences.of((rotation % ROTATIONS) as usize, most)
     }
 
     /// Whether no ray of any rotation has left energy at the scene's patches.

@@ -39,20 +39,27 @@ impl PackedSequences {
         self.words.replace(rotation, words);
     }
 
-    /// The sequences of a rotation.
-    pub(crate) fn of(&self, rotation: usize) -> impl Iterator<Item = Sequence> {
+    /// The sequences of a rotation with up to `most` surfaces.
+    pub(crate) fn of(&self, rotation: usize, most: usize) -> impl Iterator<Item = Sequence> {
         let mut words = self.words.of(rotation).iter().copied();
         std::iter::from_fn(move || {
-            let mut sequence = Sequence::EMPTY;
+            let (mut sequence, mut is_short) = (Sequence::EMPTY, true);
             loop {
                 let word = words.next()?;
                 let surface = match word & INDEX {
                     INDEX => u32::from(words.next()?) | u32::from(words.next()?) << 16,
                     index => index.into(),
                 };
-                sequence.push(surface);
+                if sequence.len() < most {
+                    sequence.push(surface);
+                } else {
+                    is_short = false;
+                }
                 if word & LAST != 0 {
-                    return Some(sequence);
+                    if is_short {
+                        return Some(sequence);
+                    }
+                    (sequence, is_short) = (Sequence::EMPTY, true);
                 }
             }
         })
@@ -89,10 +96,13 @@ mod tests {
             expected[rotation] = (0..count).map(|n| sequence(100 * round + n)).collect();
             packed.replace(rotation, &expected[rotation], &mut Vec::new());
             for (rotation, list) in expected.iter().enumerate() {
-                assert!(
-                    packed.of(rotation).eq(list.iter().copied()),
-                    "round {round}"
-                );
+                for most in 1..=MAX_ORDER {
+                    let short = list.iter().filter(|sequence| sequence.len() <= most);
+                    assert!(
+                        packed.of(rotation, most).eq(short.copied()),
+                        "round {round}"
+                    );
+                }
             }
         }
     }

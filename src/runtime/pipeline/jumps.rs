@@ -1,14 +1,17 @@
 //! Jumps of listener and sources, and the updates that follow them.
 //!
 //! Control side. Nobody predicts where a teleport leads: what is under way for the old position is dropped. A first update has
-//! the late energy at the new one, which is found soonest, an urgent one edges and low orders, a plain update the rest, and
-//! whole updates go on from there.
+//! what is found soonest at the new one, late energy and first reflections at planes, an urgent one edges and second order, a
+//! plain update the other reflections at planes, and whole updates go on from there.
 
 use crate::extrapolation::PredictorKind;
 use crate::propagation::UpdateScope;
 use crate::runtime::pipeline::motion_model::has_jumped;
 use crate::runtime::pipeline::pose_history::{PoseFrame, PoseHistory};
 use crate::scene::{SourceId, SourcePose};
+
+/// Highest reflection order of the first update after a jump. All come from rays that are remembered.
+const FIRST_ORDER: usize = 1;
 
 /// Highest reflection order, number of guide rays and of sequences of an urgent update for another listener position.
 const URGENT_ORDER: usize = 2;
@@ -24,11 +27,11 @@ pub(crate) enum UpdateKind {
     /// Everything.
     #[default]
     Whole,
-    /// After a jump: late energy.
-    Late,
+    /// After a jump: late energy, and first reflections at planes that remembered rays have hit.
+    First,
     /// Then: edges and low orders; for a source alone what is remembered around the listener.
     Urgent,
-    /// Then: everything without nearby paths and late energy along the way.
+    /// Then: late energy and all reflections at planes, without nearby paths and late energy along the way.
     Plain,
 }
 
@@ -36,7 +39,7 @@ impl UpdateKind {
     /// The kind of the update after this one, without another jump.
     pub(crate) fn next(self) -> Self {
         match self {
-            Self::Late => Self::Urgent,
+            Self::First => Self::Urgent,
             Self::Urgent => Self::Plain,
             Self::Plain | Self::Whole => Self::Whole,
         }
@@ -45,20 +48,19 @@ impl UpdateKind {
     /// The kind of the update after this one and a jump. All kinds take their turn, however often something jumps.
     pub(crate) fn next_after_jump(self) -> Self {
         match self {
-            Self::Late => Self::Urgent,
+            Self::First => Self::Urgent,
             Self::Urgent => Self::Plain,
-            Self::Plain | Self::Whole => Self::Late,
+            Self::Plain | Self::Whole => Self::First,
         }
     }
 
     /// Time of an update relative to a whole one for the same predictor, from instructions in the concert hall with 4 and with 16
-    /// sources, for another listener position: urgent 0.26 and 0.35, late 0.08, plain 0.56 and 0.59 with one rotation of guide
-    /// rays, 0.7 and 0.64 with two.
+    /// sources, for another listener position: first 0.13 and 0.15, urgent 0.29 and 0.39, plain 0.65 and 0.51.
     pub(crate) fn share(self, predictor: PredictorKind, sources: usize) -> f64 {
         let share = match self {
             Self::Whole => return 1.0,
-            Self::Urgent => 0.23 + 0.0075 * sources as f64,
-            Self::Late => 0.085,
+            Self::First => 0.12 + 0.0016 * sources as f64,
+            Self::Urgent => 0.25 + 0.0092 * sources as f64,
             Self::Plain => 0.66,
         };
         // Whole updates for the others have no nearby paths: counted, they take 0.63 of the time with one source, 0.75 with 16.
@@ -103,7 +105,7 @@ impl Jumps {
         !self.listener && self.sources.is_empty()
     }
 
-    /// The scope of an update of a kind after these jumps, and those `before` that only late energy has followed yet.
+    /// The scope of an update of a kind after these jumps, and those `before` that only a first update has followed yet.
     pub(crate) fn scope(self, kind: UpdateKind, before: &Self) -> UpdateScope {
         let whole = UpdateScope::default();
         match (kind, self.listener || before.listener) {
@@ -122,14 +124,20 @@ impl Jumps {
                 jumped: self.sources,
                 ..whole
             },
-            (UpdateKind::Late, _) => UpdateScope {
-                sources: Some(Vec::new()),
+            (UpdateKind::First, is_listener) => UpdateScope {
+                sources: (!is_listener).then(|| self.sources.clone()),
+                max_order: Some(FIRST_ORDER),
                 guide_rays: Some(0),
-                max_candidates: Some(0),
+                only_planes: true,
                 jumped: self.sources,
                 ..whole
             },
-            (UpdateKind::Plain | UpdateKind::Whole, _) => UpdateScope {
+            (UpdateKind::Plain, _) => UpdateScope {
+                only_planes: true,
+                jumped: self.sources,
+                ..whole
+            },
+            (UpdateKind::Whole, _) => UpdateScope {
                 jumped: self.sources,
                 ..whole
             },
@@ -213,9 +221,9 @@ mod tests {
         }
         assert_eq!(
             kinds,
-            [UpdateKind::Late, UpdateKind::Urgent, UpdateKind::Plain]
+            [UpdateKind::First, UpdateKind::Urgent, UpdateKind::Plain]
         );
-        assert_eq!(UpdateKind::Late.next_after_jump(), UpdateKind::Urgent);
+        assert_eq!(UpdateKind::First.next_after_jump(), UpdateKind::Urgent);
         assert_eq!(UpdateKind::Urgent.next_after_jump(), UpdateKind::Plain);
     }
 
@@ -223,15 +231,30 @@ mod tests {
     fn an_urgent_update_after_a_source_jump_is_for_that_source_alone() {
         let jumps = found(None, Some(9), 2);
         let none = Jumps::default();
-        // Late energy has followed the jump first.
+        // A first update has followed the jump.
         assert_eq!(
-            jumps.clone().scope(UpdateKind::Late, &none).jumped,
+            jumps.clone().scope(UpdateKind::First, &none).jumped,
             IDS[1..]
         );
         let scope = none.clone().scope(UpdateKind::Urgent, &jumps);
         assert!(scope.jumped.is_empty());
         assert!(scope.has_source(IDS[1]) && !scope.has_source(IDS[0]));
-        let whole = jumps.scope(UpdateKind::Plain, &none);
+        let plain = jumps.clone().scope(UpdateKind::Plain, &none);
+        assert!(plain.only_planes && IDS.iter().all(|id| plain.has_source(*id)));
+        let whole = jumps.scope(UpdateKind::Whole, &none);
         assert!(whole.is_whole() && whole.jumped == IDS[1..]);
+    }
+
+    #[test]
+    fn a_first_update_searches_for_what_has_jumped() {
+        let none = Jumps::default();
+        let source = found(None, Some(9), 2).scope(UpdateKind::First, &none);
+        assert!(source.has_source(IDS[1]) && !source.has_source(IDS[0]));
+        let listener = found(Some(7), None, 6).scope(UpdateKind::First, &none);
+        assert!(IDS.iter().all(|id| listener.has_source(*id)));
+        for scope in [source, listener] {
+            assert_eq!((scope.max_order, scope.guide_rays), (Some(1), Some(0)));
+            assert!(scope.only_planes && !scope.skips_late && !scope.is_whole());
+        }
     }
 }

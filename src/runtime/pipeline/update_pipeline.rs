@@ -39,8 +39,8 @@ pub(crate) struct UpdatePipeline {
     beyond_surface: PathSet,
     /// Time of the poses of the last update in seconds, and its kind.
     last: Option<(f64, UpdateKind)>,
-    /// Jumps that only late energy has followed yet.
-    followed_by_late: Jumps,
+    /// Jumps that only a first update has followed yet.
+    only_first: Jumps,
 }
 
 impl UpdatePipeline {
@@ -116,9 +116,9 @@ impl UpdatePipeline {
         }
         propagator.set_nearby_radius(uses_nearby.then_some(poses.nearby_radius_m));
         propagator.set_predicted_positions(&poses.sampled_listener, &poses.sampled_sources);
-        let before = std::mem::take(&mut self.followed_by_late);
-        if request.kind == UpdateKind::Late {
-            self.followed_by_late = jumps.clone();
+        let before = std::mem::take(&mut self.only_first);
+        if request.kind == UpdateKind::First {
+            self.only_first = jumps.clone();
         }
         propagator.set_scope(jumps.scope(request.kind, &before));
         propagator.update_with(workers, &poses.listener, sources, time_s, result);
