@@ -130,7 +130,7 @@ pub struct Propagator {
     /// Of the next update.
     scope: UpdateScope,
     candidates: Vec<CandidateCull>,
-    /// Positions of the update's sources in local coordinates.
+    /// Positions of the sources that are searched for, in local coordinates.
     source_positions: Vec<DVec3>,
     /// Of those sources.
     gates: Vec<NearbyGate>,
@@ -418,11 +418,14 @@ impl Propagator {
         expand(scene, self.round, (depth, most), &mut self.guide);
         let sequences = self.guide.entries();
         self.source_positions.clear();
-        let position = |source: &SourcePose| scene.to_local(source.position);
-        self.source_positions.extend(sources.iter().map(position));
         self.gates.clear();
-        let tasks = &self.tasks[..sources.len()];
-        self.gates.extend(tasks.iter().map(|task| task.nearby_gate));
+        let tasks = self.tasks[..sources.len()].iter_mut().zip(sources);
+        let searched = tasks.filter(|(task, _)| task.is_searched);
+        for (view, (task, source)) in searched.enumerate() {
+            task.view = view;
+            self.source_positions.push(scene.to_local(source.position));
+            self.gates.push(task.nearby_gate);
+        }
         let views = CullViews {
             listener: ear,
             nearby_m: self.nearby_m,
@@ -447,7 +450,7 @@ impl Propagator {
             &mut self.scratch,
             |index, task, scratch| {
                 if !workers.is_interrupted() {
-                    task.find_reflections(&context, index, &sources[index], scratch);
+                    task.find_reflections(&context, &sources[index], scratch);
                 }
             },
             |_, (), _| (),

@@ -149,9 +149,11 @@ pub(super) struct SourceTask {
     last_position: Option<DVec3>,
     /// Whether its source was removed.
     pub(super) is_idle: bool,
-    /// Whether it is searched for in this update, and if so, whether paths that are no reflections at planes are those of the update
-    /// before.
-    is_searched: bool,
+    /// Whether it is searched for in this update.
+    pub(super) is_searched: bool,
+    /// Its index among those that are.
+    pub(super) view: usize,
+    /// Whether paths that are no reflections at planes are those of the update before.
     keeps_others: bool,
     /// The listener whose turn it is, and the state of the others, by index.
     listener: usize,
@@ -324,10 +326,11 @@ impl SourceTask {
         self.cast_in = Some((context.round, moves));
         let is_audible = pose.settings.effects.late;
         let missing = self.missing_rotations;
+        let most_missing = context.scope.late_casts.unwrap_or(CAST_AFTER_JUMP);
         self.missing_rotations = match context.nearby_m {
             _ if is_cast => missing,
             Some(_) => 0,
-            None => missing.saturating_sub(CAST_AFTER_JUMP),
+            None => missing.saturating_sub(most_missing),
         };
         // The positions of an update share the casts: about one for each rotation. A walking source leaves the cells of two or three.
         let most_cast = (ROTATIONS as usize).div_ceil(context.predicted.len() + 1);
@@ -335,7 +338,7 @@ impl SourceTask {
         let mut late_at =
             |source: DVec3, listener: DVec3, cells: &VisibilityCells, field: &ListenerField| {
                 let mut left = match (moves, context.nearby_m) {
-                    (false, None) if missing > 0 => CAST_AFTER_JUMP,
+                    (_, None) if missing > 0 => most_missing,
                     (false, Some(_)) if missing > 0 => ROTATIONS as usize,
                     (false, _) => 1,
                     (true, None) => MAX_CAST_ROTATIONS,
@@ -394,11 +397,10 @@ impl SourceTask {
         self.latest_late = Some(late_at(position, context.ear, context.cells, field));
     }
 
-    /// Second half of an update: reflected paths. `index` is the source's position in the list of sources.
+    /// Second half of an update: reflected paths.
     pub(super) fn find_reflections(
         &mut self,
         context: &ReflectionContext<'_>,
-        index: usize,
         pose: &SourcePose,
         scratch: &mut Scratch,
     ) {
@@ -416,7 +418,7 @@ impl SourceTask {
                 ends: [update.scene.to_local(pose.position), update.ear],
                 near_edges: &near_edges,
             };
-            self.validate_candidates(context, &query, index, scratch);
+            self.validate_candidates(context, &query, scratch);
             let (rays, paths) = (&mut self.rays, &mut self.paths);
             let mut push = |path| paths.push(path);
             if !self.keeps_others {
@@ -446,12 +448,11 @@ impl SourceTask {
         &mut self,
         context: &ReflectionContext<'_>,
         query: &SourceQuery<'_>,
-        index: usize,
         scratch: &mut Scratch,
     ) {
         let guide = context.guide.entries();
         for share in context.candidates {
-            share.visible_from(index, |index| {
+            share.visible_from(self.view, |index| {
                 self.queue(query, scratch, &guide[index], index);
             });
         }

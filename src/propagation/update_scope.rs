@@ -16,6 +16,8 @@ pub struct UpdateScope {
     pub max_candidates: Option<usize>,
     /// Whether late energy is left out: that of the result is of the update before.
     pub skips_late: bool,
+    /// Ray rotations that are cast for the late energy of a source that was put elsewhere, if not one.
+    pub late_casts: Option<usize>,
     /// Whether only reflections at planes are searched for: the other paths are of the update before.
     pub only_planes: bool,
     /// Sources that were put elsewhere since the last update: what was found out at their old positions is dropped.

@@ -20,6 +20,7 @@ impl SourceTask {
             last_position: None,
             is_idle: false,
             is_searched: false,
+            view: 0,
             keeps_others: false,
             listener: 0,
             parts: Vec::new(),

@@ -2,10 +2,12 @@
 //!
 //! Control side. Nobody predicts where a teleport leads: what is under way for the old position is dropped. A first update has
 //! what is found soonest at the new one, late energy and first reflections at planes, an urgent one edges and second order, a
-//! plain update the other reflections at planes, and whole updates go on from there.
+//! plain update the other reflections at planes, and whole updates go on from there. Where sources alone have jumped, what is
+//! remembered around the listener has nearly all of their reflections, and the rest of their late energy comes instead.
 
 use crate::extrapolation::PredictorKind;
 use crate::propagation::UpdateScope;
+use crate::propagation::rays::directions::ROTATIONS;
 use crate::runtime::pipeline::motion_model::has_jumped;
 use crate::runtime::pipeline::pose_history::{PoseFrame, PoseHistory};
 use crate::scene::{SourceId, SourcePose};
@@ -29,10 +31,14 @@ pub(crate) enum UpdateKind {
     Whole,
     /// After a jump: late energy, and first reflections at planes that remembered rays have hit.
     First,
-    /// Then: edges and low orders; for a source alone what is remembered around the listener.
+    /// Then, at another listener position: edges and low orders.
     Urgent,
     /// Then: late energy and all reflections at planes, without nearby paths and late energy along the way.
     Plain,
+    /// After a first update for sources alone: their edges, and reflections that are remembered around the listener.
+    UrgentSources,
+    /// Then: their late energy by all ray rotations.
+    LateSources,
 }
 
 impl UpdateKind {
@@ -41,16 +47,17 @@ impl UpdateKind {
         match self {
             Self::First => Self::Urgent,
             Self::Urgent => Self::Plain,
-            Self::Plain | Self::Whole => Self::Whole,
+            Self::UrgentSources => Self::LateSources,
+            Self::Plain | Self::LateSources | Self::Whole => Self::Whole,
         }
     }
 
-    /// The kind of the update after this one and a jump. All kinds take their turn, however often something jumps.
+    /// The kind of the update after this one and a jump. All reflections take their turn, however often something jumps.
     pub(crate) fn next_after_jump(self) -> Self {
         match self {
             Self::First => Self::Urgent,
-            Self::Urgent => Self::Plain,
-            Self::Plain | Self::Whole => Self::First,
+            Self::Urgent | Self::UrgentSources => Self::Plain,
+            Self::Plain | Self::LateSources | Self::Whole => Self::First,
         }
     }
 
@@ -62,6 +69,8 @@ impl UpdateKind {
             Self::First => 0.12 + 0.0016 * sources as f64,
             Self::Urgent => 0.25 + 0.0092 * sources as f64,
             Self::Plain => 0.66,
+            Self::UrgentSources => 7.9 / (20.0 + 5.6 * sources as f64),
+            Self::LateSources => (37.0 + 0.4 * sources as f64) / (20.0 + 5.6 * sources as f64),
         };
         // Whole updates for the others have no nearby paths: counted, they take 0.63 of the time with one source, 0.75 with 16.
         match predictor {
@@ -105,11 +114,11 @@ impl Jumps {
         !self.listener && self.sources.is_empty()
     }
 
-    /// The scope of an update of a kind after these jumps, and those `before` that only a first update has followed yet.
+    /// The scope of an update of a kind after these jumps, and those `before` that only smaller ones have followed yet.
     pub(crate) fn scope(self, kind: UpdateKind, before: &Self) -> UpdateScope {
         let whole = UpdateScope::default();
-        match (kind, self.listener || before.listener) {
-            (UpdateKind::Urgent, true) => UpdateScope {
+        match kind {
+            UpdateKind::Urgent => UpdateScope {
                 max_order: Some(URGENT_ORDER),
                 guide_rays: Some(URGENT_GUIDE_RAYS),
                 max_candidates: Some(URGENT_CANDIDATES),
@@ -117,27 +126,35 @@ impl Jumps {
                 jumped: self.sources,
                 ..whole
             },
-            (UpdateKind::Urgent, false) => UpdateScope {
+            UpdateKind::UrgentSources => UpdateScope {
                 sources: Some([&self.sources[..], &before.sources].concat()),
                 guide_rays: Some(0),
                 skips_late: true,
                 jumped: self.sources,
                 ..whole
             },
-            (UpdateKind::First, is_listener) => UpdateScope {
-                sources: (!is_listener).then(|| self.sources.clone()),
+            UpdateKind::First => UpdateScope {
+                sources: (!self.listener).then(|| self.sources.clone()),
                 max_order: Some(FIRST_ORDER),
                 guide_rays: Some(0),
                 only_planes: true,
                 jumped: self.sources,
                 ..whole
             },
-            (UpdateKind::Plain, _) => UpdateScope {
+            UpdateKind::LateSources => UpdateScope {
+                sources: Some(Vec::new()),
+                guide_rays: Some(0),
+                max_candidates: Some(0),
+                late_casts: Some((ROTATIONS as usize).div_ceil(before.sources.len().max(1))),
+                jumped: self.sources,
+                ..whole
+            },
+            UpdateKind::Plain => UpdateScope {
                 only_planes: true,
                 jumped: self.sources,
                 ..whole
             },
-            (UpdateKind::Whole, _) => UpdateScope {
+            UpdateKind::Whole => UpdateScope {
                 jumped: self.sources,
                 ..whole
             },
@@ -209,19 +226,31 @@ mod tests {
 
     #[test]
     fn every_kind_follows_in_turn_and_none_is_free() {
-        let mut kind = UpdateKind::Whole.next_after_jump();
-        let mut kinds = Vec::new();
-        while kind != UpdateKind::Whole {
-            for predictor in PredictorKind::ALL {
-                let share = kind.share(predictor, 4);
-                assert!(share > 0.0 && share <= 1.0, "{kind:?} {share}");
+        let after = |mut kind: UpdateKind| {
+            let mut kinds = Vec::new();
+            while kind != UpdateKind::Whole {
+                for predictor in PredictorKind::ALL {
+                    for sources in [1, 4, 64] {
+                        let share = kind.share(predictor, sources);
+                        assert!(share > 0.0 && share <= 1.0, "{kind:?} {share}");
+                    }
+                }
+                kinds.push(kind);
+                kind = kind.next();
             }
-            kinds.push(kind);
-            kind = kind.next();
-        }
+            kinds
+        };
         assert_eq!(
-            kinds,
+            after(UpdateKind::Whole.next_after_jump()),
             [UpdateKind::First, UpdateKind::Urgent, UpdateKind::Plain]
+        );
+        assert_eq!(
+            after(UpdateKind::UrgentSources),
+            [UpdateKind::UrgentSources, UpdateKind::LateSources]
+        );
+        assert_eq!(
+            UpdateKind::UrgentSources.next_after_jump(),
+            UpdateKind::Plain
         );
         assert_eq!(UpdateKind::First.next_after_jump(), UpdateKind::Urgent);
         assert_eq!(UpdateKind::Urgent.next_after_jump(), UpdateKind::Plain);
@@ -236,9 +265,19 @@ mod tests {
             jumps.clone().scope(UpdateKind::First, &none).jumped,
             IDS[1..]
         );
-        let scope = none.clone().scope(UpdateKind::Urgent, &jumps);
+        let scope = none.clone().scope(UpdateKind::UrgentSources, &jumps);
         assert!(scope.jumped.is_empty());
         assert!(scope.has_source(IDS[1]) && !scope.has_source(IDS[0]));
+        // Two that have jumped share the rotations.
+        let scope = none.clone().scope(UpdateKind::LateSources, &jumps);
+        assert_eq!(scope.late_casts, Some(16));
+        let both = Jumps {
+            sources: IDS.to_vec(),
+            ..none.clone()
+        };
+        let scope = none.clone().scope(UpdateKind::LateSources, &both);
+        assert_eq!(scope.late_casts, Some(8));
+        assert!(IDS.iter().all(|id| !scope.has_source(*id)) && !scope.skips_late);
         let plain = jumps.clone().scope(UpdateKind::Plain, &none);
         assert!(plain.only_planes && IDS.iter().all(|id| plain.has_source(*id)));
         let whole = jumps.scope(UpdateKind::Whole, &none);

@@ -39,8 +39,8 @@ pub(crate) struct UpdatePipeline {
     beyond_surface: PathSet,
     /// Time of the poses of the last update in seconds, and its kind.
     last: Option<(f64, UpdateKind)>,
-    /// Jumps that only a first update has followed yet.
-    only_first: Jumps,
+    /// Jumps that only a first update has followed yet, or one for their sources alone.
+    recent: Jumps,
 }
 
 impl UpdatePipeline {
@@ -74,9 +74,16 @@ impl UpdatePipeline {
         let Some((_, last)) = self.last else {
             return UpdateKind::Whole;
         };
-        match self.jumps(sources).is_empty() {
+        let jumps = self.jumps(sources);
+        let next = match jumps.is_empty() {
             true => last.next(),
             false => last.next_after_jump(),
+        };
+        match next {
+            UpdateKind::Urgent if !jumps.listener && !self.recent.listener => {
+                UpdateKind::UrgentSources
+            }
+            other => other,
         }
     }
 
@@ -116,9 +123,14 @@ impl UpdatePipeline {
         }
         propagator.set_nearby_radius(uses_nearby.then_some(poses.nearby_radius_m));
         propagator.set_predicted_positions(&poses.sampled_listener, &poses.sampled_sources);
-        let before = std::mem::take(&mut self.only_first);
-        if request.kind == UpdateKind::First {
-            self.only_first = jumps.clone();
+        let before = std::mem::take(&mut self.recent);
+        match request.kind {
+            UpdateKind::First => self.recent = jumps.clone(),
+            UpdateKind::UrgentSources => {
+                self.recent = before.clone();
+                self.recent.sources.extend(&jumps.sources);
+            }
+            _ => {}
         }
         propagator.set_scope(jumps.scope(request.kind, &before));
         propagator.update_with(workers, &poses.listener, sources, time_s, result);

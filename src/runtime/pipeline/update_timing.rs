@@ -19,7 +19,7 @@ pub(crate) fn delay_frames(share: f64, whole: u64) -> u64 {
 /// Mean time of updates of each kind.
 #[derive(Debug, Default)]
 pub(crate) struct UpdateTiming {
-    mean_s: [Option<f64>; 4],
+    mean_s: [Option<f64>; 6],
 }
 
 impl UpdateTiming {
