@@ -55,6 +55,13 @@ impl Path {
         self.order == 0 && self.diffraction_order <= 1
     }
 
+    /// Whether this is a reflection at planes alone.
+    pub(crate) fn is_of_planes(&self, scene: &Scene) -> bool {
+        // Facets of curved surfaces are no panels.
+        let is_panel = |surface: &u32| scene.surface(*surface).panel_triangle_count > 0;
+        self.order > 0 && self.diffraction_order == 0 && self.surfaces().iter().all(is_panel)
+    }
+
     /// The indices of its edges from source to listener.
     pub fn edges(&self) -> &[u32] {
         &self.edges[..usize::from(self.diffraction_order).min(MAX_DIFFRACTION_ORDER)]
@@ -188,4 +195,14 @@ pub struct PathSet {
     /// Number of rays cast. It does not depend on the number of threads. It may differ between instruction sets, which may
     /// find another one of several occluders first.
     pub rays: u64,
+}
+
+impl PathSet {
+    /// Whether a path was searched for: if it were valid it would most likely be in the set.
+    pub(crate) fn was_searched(&self, scene: &Scene, path: &Path) -> bool {
+        let scope = &self.scope;
+        scope.has_source(path.source)
+            && (scope.has_order(path.order) || path.diffraction_order > 0)
+            && (!scope.only_planes || path.is_of_planes(scene))
+    }
 }

@@ -28,7 +28,7 @@ use crate::propagation::image_source::validation_queue::ValidationQueue;
 use crate::propagation::image_source::window_cull::CandidateCull;
 use crate::propagation::quality_level::PropagationQuality;
 use crate::propagation::rays::directions::{ROTATIONS, lattice_of, rotation};
-use crate::propagation::update_scope::{UpdateScope, is_of_planes};
+use crate::propagation::update_scope::UpdateScope;
 use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 use listener_part::ListenerPart;
@@ -218,7 +218,7 @@ impl SourceTask {
         match (self.is_searched, self.keeps_others) {
             (true, false) => self.find_direct_and_diffracted(context, pose),
             (true, true) => {
-                self.paths.retain(|path| !is_of_planes(context.scene, path));
+                self.paths.retain(|path| !path.is_of_planes(context.scene));
                 self.nearby.clear();
             }
             (false, _) => {}
@@ -326,7 +326,10 @@ impl SourceTask {
         self.cast_in = Some((context.round, moves));
         let is_audible = pose.settings.effects.late;
         let missing = self.missing_rotations;
-        let most_missing = context.scope.late_casts.unwrap_or(CAST_AFTER_JUMP);
+        let most_missing = match context.scope.late_sources {
+            0 => CAST_AFTER_JUMP,
+            sources => (ROTATIONS as usize).div_ceil(sources),
+        };
         self.missing_rotations = match context.nearby_m {
             _ if is_cast => missing,
             Some(_) => 0,

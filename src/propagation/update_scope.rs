@@ -1,7 +1,6 @@
 //! What an update searches for, if not everything: after a jump the cheapest comes first.
 
-use crate::propagation::path::Path;
-use crate::scene::{Scene, SourceId};
+use crate::scene::SourceId;
 
 /// The scope of the next update. The default is a whole search.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -16,8 +15,9 @@ pub struct UpdateScope {
     pub max_candidates: Option<usize>,
     /// Whether late energy is left out: that of the result is of the update before.
     pub skips_late: bool,
-    /// Ray rotations that are cast for the late energy of a source that was put elsewhere, if not one.
-    pub late_casts: Option<usize>,
+    /// Number of sources put elsewhere that share the casts of all ray rotations, for their late energy, in an update without
+    /// nearby paths; with 0 one is cast for each.
+    pub late_sources: usize,
     /// Whether only reflections at planes are searched for: the other paths are of the update before.
     pub only_planes: bool,
     /// Sources that were put elsewhere since the last update: what was found out at their old positions is dropped.
@@ -31,15 +31,9 @@ impl UpdateScope {
         sources.is_none_or(|sources| sources.contains(&source))
     }
 
-    /// Whether the update would have found a path if it were valid.
-    pub fn has(&self, scene: &Scene, path: &Path) -> bool {
-        let is_searched = match is_of_planes(scene, path) {
-            true => self
-                .max_order
-                .is_none_or(|most| usize::from(path.order) <= most),
-            false => !self.only_planes,
-        };
-        self.has_source(path.source) && is_searched
+    /// Whether reflections of an order are searched for.
+    pub(crate) fn has_order(&self, order: u8) -> bool {
+        self.max_order.is_none_or(|most| usize::from(order) <= most)
     }
 
     /// Whether everything is searched for.
@@ -51,10 +45,4 @@ impl UpdateScope {
     pub(crate) fn depth(&self, depth: usize) -> usize {
         self.max_order.map_or(depth, |most| most.min(depth))
     }
-}
-
-/// Whether a path is a reflection at planes alone.
-pub(crate) fn is_of_planes(scene: &Scene, path: &Path) -> bool {
-    let is_panel = |surface: &u32| scene.surface(*surface).panel_triangle_count > 0;
-    path.order > 0 && path.diffraction_order == 0 && path.surfaces().iter().all(is_panel)
 }

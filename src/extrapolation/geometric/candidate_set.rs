@@ -217,12 +217,12 @@ impl Merge<'_> {
     /// Keeps or drops the next candidate by identity; returns whether there was one.
     fn step(&mut self) -> bool {
         let progress = &mut self.progress;
-        let (paths, scope) = (&self.update.paths, &self.update.scope);
+        let (update, paths) = (self.update, &self.update.paths);
         let scene = self.inputs.update_scene;
         while let Some(path) = paths.get(progress.path) {
             if path.is_frame_validated() {
                 progress.path += 1;
-            } else if !scope.has(scene, path) {
+            } else if !update.was_searched(scene, path) {
                 // As of the update before, which has been merged.
                 progress.path += 1;
             } else {
@@ -328,7 +328,7 @@ impl Merge<'_> {
             line,
         } = old;
         let scene = self.inputs.update_scene;
-        if !self.update.scope.has(scene, &candidate.path) {
+        if !self.update.was_searched(scene, &candidate.path) {
             return self.next.push(candidate, state, line);
         }
         if !self.is_retained(candidate) {

@@ -21,9 +21,8 @@ impl PreparedUpdate {
     /// allocates.
     pub fn prepare(&mut self, update: &PathSet, scene: &Scene) {
         let paths = update.paths.iter();
-        let scope = &update.scope;
         let extrapolated =
-            paths.filter(|path| !path.is_frame_validated() && scope.has(scene, path));
+            paths.filter(|path| !path.is_frame_validated() && update.was_searched(scene, path));
         self.recipes.clear();
         self.recipes
             .extend(extrapolated.map(|path| PathRecipe::of(path, update, scene)));
