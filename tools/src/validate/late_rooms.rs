@@ -147,6 +147,65 @@ fn partition(name: &'static str, loss_db: f32) -> Room {
     }
 }
 
+/// A shaft of bare walls with three landings that leave half of it open.
+fn stairwell() -> Room {
+    let landing = |y: f64, x: [f64; 2]| Panel {
+        axis: 1,
+        at: y,
+        corners: [DVec3::new(x[0], y, 0.0), DVec3::new(x[1], y, 3.0)],
+        material: 1,
+    };
+    let mut panels = box_faces([0.0; 3], [3.0, 12.0, 3.0], [Some(0); 6]);
+    panels.extend([
+        landing(3.0, [0.0, 1.3]),
+        landing(6.0, [1.7, 3.0]),
+        landing(9.0, [0.0, 1.3]),
+    ]);
+    Room {
+        name: "stairwell",
+        panels,
+        triangles: Vec::new(),
+        materials: vec![
+            plain("wall", 0.03, 0.1, None),
+            plain("landing", 0.05, 0.3, None),
+        ],
+        source: Vec3::new(1.0, 1.5, 1.2),
+        listener: Vec3::new(1.6, 10.6, 1.3),
+    }
+}
+
+/// Two wings of 10 m × 4 m and 5 m × 4 m with bare walls and an absorbing ceiling: source and listener do not see each other.
+fn l_shaped_room() -> Room {
+    let [wall, floor, ceiling] = [Some(0), Some(1), Some(2)];
+    let mut panels = box_faces(
+        [0.0; 3],
+        [10.0, 3.0, 4.0],
+        [wall, wall, floor, ceiling, wall, None],
+    );
+    panels.extend(box_faces(
+        [0.0, 0.0, 4.0],
+        [5.0, 3.0, 8.0],
+        [wall, wall, floor, ceiling, None, wall],
+    ));
+    panels.extend(box_faces(
+        [5.0, 0.0, 0.0],
+        [10.0, 3.0, 4.0],
+        [None, None, None, None, None, wall],
+    ));
+    Room {
+        name: "L-shaped room",
+        panels,
+        triangles: Vec::new(),
+        materials: vec![
+            plain("wall", 0.05, 0.2, None),
+            plain("floor", 0.3, 0.2, None),
+            plain("ceiling", 0.6, 0.1, None),
+        ],
+        source: Vec3::new(8.8, 1.5, 1.2),
+        listener: Vec3::new(1.5, 1.6, 6.8),
+    }
+}
+
 /// A corner of a cube, cut off 6 m from its corner, of plaster: after a tenth of a second almost all energy is still specular.
 fn tetrahedron() -> Room {
     let corner = |x, y, z| DVec3::new(x, y, z);
@@ -261,6 +320,8 @@ pub(super) fn all() -> Vec<Room> {
         partition("partition of 20 dB", 20.0),
         partition("partition of 35 dB", 35.0),
         tetrahedron(),
+        stairwell(),
+        l_shaped_room(),
     ]
 }
 
