@@ -31,12 +31,15 @@ const SLOW_START: f32 = 0.5;
 /// Least ratio of the rates in two doublings of time: a smaller one is noise.
 const LEAST_CHANGE: f64 = 0.7;
 
+/// Falls in dB of the energy over the responses up to which all of the next doubling of time is heard, and from which on none of it is.
+const NEXT_IS_HEARD_TO_DB: (f32, f32) = (25.0, 45.0);
+
 /// Ratio of the decay rates, in octaves, up to which they are one and from which on they are two.
 const ONE_DECAY: f64 = 1.0;
 const TWO_DECAYS: f64 = 2.0;
 
 /// Rate of the second group relative to the only decay.
-const SLOWER: f64 = 0.8;
+const SLOWER: f64 = 0.77;
 
 /// Least share of the energy after a reflection in local rates.
 const MIN_KEPT: f32 = 1e-3;
@@ -180,6 +183,12 @@ fn fitted_share(fall_db: f32) -> f64 {
     f64::from(share.clamp(0.0, 1.0))
 }
 
+/// Share of the next doubling of time that is heard, at a fall in dB.
+fn next_heard(fall_db: f32) -> f64 {
+    let (all, none) = NEXT_IS_HEARD_TO_DB;
+    f64::from(((none - fall_db) / (none - all)).clamp(0.0, 1.0))
+}
+
 /// Value below which `wanted` of the patches' shares lie.
 fn quantile(values: &[BandArray], share: &[f32], band: usize, wanted: f32) -> f64 {
     let mut order: Vec<usize> = (0..values.len()).collect();
@@ -204,9 +213,10 @@ fn slow_slope(energy: &[BandArray; STEPS], band: usize) -> Option<f64> {
     let mut levels = energy.map(|energy| energy[band]);
     if energy[half..end].iter().all(is_audible) {
         let rate = slope(&levels[half..end])?;
-        // In the next doubling of time the rate changes by the ratio of the last one.
+        // In the next doubling of time the rate changes by the ratio of the last one, as far as that is heard.
         let before = slope(&levels[half / 2..half]).unwrap_or(rate);
-        return Some(rate * (rate / before.max(f64::MIN_POSITIVE)).clamp(LEAST_CHANGE, 1.0));
+        let change = (rate / before.max(f64::MIN_POSITIVE)).clamp(LEAST_CHANGE, 1.0);
+        return Some(rate * change.powf(next_heard(fall_db(energy)[band])));
     }
     for step in (1..end).rev() {
         levels[step - 1] = levels[step - 1].max(levels[step]);
