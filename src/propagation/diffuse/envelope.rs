@@ -430,6 +430,37 @@ mod tests {
         }
     }
 
+    /// A second group that is slower than the only decay gets next to nothing of it, although the arrivals fall by 10 dB only.
+    #[test]
+    fn one_decay_is_not_lengthened_by_a_slower_group() {
+        let (step_s, nearest_s) = (0.004f32, 0.02f32);
+        let times = [2.0f32, 2.0 / 0.77, 1.0];
+        let rates = times.map(|time_s| [(NEPERS_OF_60_DB / f64::from(time_s)) as f32; BANDS]);
+        let groups = times.map(|time_s| LateGroup::isotropic([time_s; BANDS]));
+        let rate = f64::from(rates[0][0]);
+        let left = |time_s: f64| (-rate * time_s).exp() / rate;
+        let mut histogram = ArrivalHistogram::new(step_s, nearest_s);
+        for (step, energy) in histogram.energy.iter_mut().enumerate() {
+            let edges = [step as f64 - 0.5, step as f64 + 0.5];
+            let [start, end] = edges.map(|edge| left(edge.max(0.0) * f64::from(step_s)));
+            *energy = [(start - end) as f32; BANDS];
+        }
+        let mut late = LateEnergy::silent(SourceId::default());
+        late.start_s = nearest_s;
+        late.mean_free_time_s = STEPS_PER_FREE_TIME * step_s;
+        histogram.fit(&DecayColumns::new(&rates, step_s), 1.0, &mut late);
+        // The energies are scaled to those of the arrivals.
+        let arrived_s = f64::from(step_s) * (STEPS as f64 - 0.5);
+        let within = |from_s: f64, to_s: f64| {
+            let start_s = f64::from(nearest_s);
+            energy_within(&late, &groups, start_s + from_s, start_s + to_s)
+        };
+        let found = within(1.0, 2.0) / within(0.0, arrived_s);
+        let expected = (left(1.0) - left(2.0)) / (left(0.0) - left(arrived_s));
+        let off_db = 10.0 * (found / expected).log10();
+        assert!(off_db.abs() < 0.5, "{off_db} dB");
+    }
+
     #[test]
     fn noise_does_not_move_energy_between_similar_decays() {
         let (step_s, nearest_s) = (0.006f32, 0.02f32);
