@@ -125,3 +125,16 @@ fn a_house_rings_soon_after_a_jump_into_it() {
     let soon_db = late_db(&mut propagator, there, 8);
     assert_alike(&soon_db, &expected_db, "after eight updates");
 }
+
+/// Who jumps on while the field is being made for another place does not wait for that one.
+#[test]
+fn a_house_rings_soon_after_two_jumps() {
+    let scene = town([-5, 5], 110.0);
+    let there = [60.0, 60.0];
+    let expected_db = late_db(&mut propagator(&scene), there, 40);
+    let mut propagator = propagator(&scene);
+    late_db(&mut propagator, [0.0; 2], 40);
+    late_db(&mut propagator, [-80.0, 60.0], 2);
+    let soon_db = late_db(&mut propagator, there, 8);
+    assert_alike(&soon_db, &expected_db, "after eight updates");
+}

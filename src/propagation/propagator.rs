@@ -98,6 +98,8 @@ pub struct Propagator {
     field_of: Option<u64>,
     /// The field of a scene whose joined parts have changed, and the revision that it is made for.
     renewal: Option<(FieldRenewal, u64)>,
+    /// Whether one was dropped since the field was last made.
+    has_dropped_renewal: bool,
     uncovered: UncoveredOccupants,
     resting_since: (u64, u64),
     listener_field: ListenerField,
@@ -160,6 +162,7 @@ impl Propagator {
             field: SceneField::default(),
             field_of: None,
             renewal: None,
+            has_dropped_renewal: false,
             uncovered: UncoveredOccupants::default(),
             resting_since: (0, 0),
             listener_field: ListenerField::default(),

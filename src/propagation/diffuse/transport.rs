@@ -375,6 +375,11 @@ impl FieldRenewal {
         }
     }
 
+    /// See [`SceneField::remoteness`].
+    pub(crate) fn remoteness(&self, point: Vec3) -> Option<f32> {
+        self.field.remoteness(point)
+    }
+
     /// Traces some more samples; returns the field after all of them. Adds the rays cast to `rays`.
     pub fn step(&mut self, scene: &Scene, rays: &mut u64) -> Option<SceneField> {
         let all = self.field.samples.all.len();

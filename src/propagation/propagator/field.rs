@@ -25,6 +25,7 @@ impl Propagator {
         sources: &[SourcePose],
         is_at_rest: bool,
     ) -> u64 {
+        self.drop_renewal_elsewhere(listener);
         let scene = &*self.scene;
         let scene_state = self.revision.current();
         let mut rays = 0;
@@ -52,6 +53,7 @@ impl Propagator {
             self.field_of = Some(*of);
             self.field = field;
             self.renewal = None;
+            self.has_dropped_renewal = false;
             for task in &mut self.tasks {
                 task.forget_late();
             }
@@ -78,6 +80,17 @@ impl Propagator {
             &mut self.listeners,
         );
         rays
+    }
+
+    /// Drops a field under way if the listener has jumped from where it is made for. Not twice in a row: a fast listener would never
+    /// have one.
+    fn drop_renewal_elsewhere(&mut self, listener: &ListenerPose) {
+        let position = self.scene.to_local(listener.position).as_vec3();
+        let renewal = self.renewal.as_ref();
+        let remoteness = renewal.and_then(|(renewal, _)| renewal.remoteness(position));
+        if remoteness > Some(URGENT) && !std::mem::replace(&mut self.has_dropped_renewal, true) {
+            self.renewal = None;
+        }
     }
 
     /// How far the most remote listener is from where the field's samples are closest, relative to how far they are close.
