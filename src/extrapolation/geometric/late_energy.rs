@@ -7,7 +7,7 @@
 //! positions visible to the listener are used. The time of the first arrival follows from the positions.
 //!
 //! Estimates for a moving source are noisy, since every position has new random rays, and are not collinear: the result is a
-//! weighted mean of the nearest ones. So are the decays and their directions, which depend on the listener's position.
+//! weighted mean of the nearest ones. Decays and directions of the groups are interpolated for the listener's position.
 
 use glam::Vec3;
 
@@ -98,7 +98,7 @@ pub(crate) fn extrapolate_late<'a>(
         }
     }
     let visible = &visible[..visible_count.max(1)];
-    *groups = mean_groups(visible, inputs.listener.position);
+    *groups = interpolate_groups(visible, inputs.listener.position);
     for late in newest.late {
         emit(interpolate(late, visible, inputs));
     }
@@ -182,10 +182,12 @@ fn interpolate(
         return result;
     }
     let others = estimates().filter(|other| other.late.mean_free_time_s > 0.0);
-    let lines = others.filter_map(|other| Line::between(&nearest, &other, here));
-    let best = lines.reduce(|a, b| if b.cost < a.cost { b } else { a });
-    if let Some(line) = best {
-        mix(&mut result, line.other, line.share);
+    let lines = others.filter_map(|other| {
+        let line = Line::between(nearest.at, other.at, here)?;
+        Some((line, other.late))
+    });
+    if let Some((line, other)) = lines.reduce(|a, b| if b.0.cost < a.0.cost { b } else { a }) {
+        mix(&mut result, other, &line);
     }
     result
 }
@@ -195,30 +197,32 @@ fn weight(square: f32, reach: f32) -> f32 {
     (1.0 + square / reach).powi(-4)
 }
 
-/// Decays at a position, from those of the estimates.
-fn mean_groups(estimates: &[Estimates<'_>], position: Vec3) -> [LateGroup; LATE_GROUPS] {
-    let square = |each: &Estimates<'_>| each.position.distance_squared(position);
-    let nearest = estimates.iter().map(square).fold(f32::INFINITY, f32::min);
-    if nearest == 0.0 {
-        let exact = estimates.iter().find(|each| each.position == position);
-        return exact.map_or_else(Default::default, |exact| *exact.groups);
-    }
-    let reach = nearest.max(REACH_M * REACH_M);
-    let weights: f32 = estimates
+/// Decays and directions at a position, interpolated as the late energy of a source at rest.
+fn interpolate_groups(estimates: &[Estimates<'_>], position: Vec3) -> [LateGroup; LATE_GROUPS] {
+    // Groups know no source: all are as if it were at one point.
+    let at = |position| [Vec3::ZERO, position];
+    let square = |each: &&Estimates<'_>| each.position.distance_squared(position);
+    let nearest = estimates
         .iter()
-        .map(|each| weight(square(each), reach))
-        .sum();
-    let mut groups = [LateGroup::default(); LATE_GROUPS];
-    for (number, group) in groups.iter_mut().enumerate() {
-        group.directions = Default::default();
-        for each in estimates {
-            let share = weight(square(each), reach) / weights;
-            let other = &each.groups[number];
+        .reduce(|a, b| if square(&b) < square(&a) { b } else { a });
+    let Some(nearest) = nearest else {
+        return Default::default();
+    };
+    let mut groups = *nearest.groups;
+    if nearest.position == position {
+        return groups;
+    }
+    let lines = estimates.iter().filter_map(|other| {
+        let line = Line::between(at(nearest.position), at(other.position), at(position))?;
+        Some((line, other.groups))
+    });
+    if let Some((line, others)) = lines.reduce(|a, b| if b.0.cost < a.0.cost { b } else { a }) {
+        for (group, other) in groups.iter_mut().zip(others) {
             let to = group.directions.iter_mut().chain([&mut group.decay_time_s]);
             let from = other.directions.iter().chain([&other.decay_time_s]);
             for (to, from) in to.zip(from) {
                 for b in 0..BANDS {
-                    to[b] += share * from[b];
+                    to[b] = line.at(to[b], from[b]);
                 }
             }
         }
@@ -255,18 +259,17 @@ fn weighted_mean<'a>(
 }
 
 /// The line from the nearest estimate to another.
-struct Line<'a> {
-    other: &'a LateEnergy,
+struct Line {
     /// Present position along the line: 0 at the nearest, 1 at the other.
     share: f32,
     /// Squared distance of the present position from the line in square metres, plus a share of its squared length.
     cost: f32,
 }
 
-impl<'a> Line<'a> {
-    fn between(nearest: &Estimate<'_>, other: &Estimate<'a>, here: [Vec3; 2]) -> Option<Self> {
-        let step = [other.at[0] - nearest.at[0], other.at[1] - nearest.at[1]];
-        let done = [here[0] - nearest.at[0], here[1] - nearest.at[1]];
+impl Line {
+    fn between(nearest: [Vec3; 2], other: [Vec3; 2], here: [Vec3; 2]) -> Option<Self> {
+        let step = [other[0] - nearest[0], other[1] - nearest[1]];
+        let done = [here[0] - nearest[0], here[1] - nearest[1]];
         let length_squared: f32 = step.iter().map(|step| step.length_squared()).sum();
         if length_squared.is_nan() || length_squared < MIN_MOTION_M * MIN_MOTION_M {
             return None;
@@ -277,14 +280,18 @@ impl<'a> Line<'a> {
             .map(|(step, done)| step.dot(done))
             .sum();
         let share = (along / length_squared).clamp(-1.0, 1.0);
-        let point = [0, 1].map(|end| nearest.at[end] + step[end] * share);
+        let point = [0, 1].map(|end| nearest[end] + step[end] * share);
         // Extrapolation costs more than interpolation.
         let beyond = if share < 0.0 { share * share } else { 0.0 };
         Some(Self {
-            other: other.late,
             share,
             cost: distance_squared(point, here) + (0.01 + 0.25 * beyond) * length_squared,
         })
+    }
+
+    /// Between a value at the nearest estimate and at the other, never below zero.
+    fn at(&self, nearest: f32, other: f32) -> f32 {
+        (nearest + (other - nearest) * self.share).max(0.0)
     }
 }
 
@@ -292,13 +299,12 @@ fn distance_squared(a: [Vec3; 2], b: [Vec3; 2]) -> f32 {
     a[0].distance_squared(b[0]) + a[1].distance_squared(b[1])
 }
 
-/// Interpolates linearly from `result` to `other`, never below zero.
-fn mix(result: &mut LateEnergy, other: &LateEnergy, share: f32) {
-    let at = |a: f32, b: f32| (a + (b - a) * share).max(0.0);
+/// Interpolates linearly from `result` to `other`.
+fn mix(result: &mut LateEnergy, other: &LateEnergy, line: &Line) {
     let energies = result.energy.as_flattened_mut().iter_mut();
     for (energy, other) in energies.zip(other.energy.as_flattened()) {
         for b in 0..BANDS {
-            energy[b] = at(energy[b], other[b]);
+            energy[b] = line.at(energy[b], other[b]);
         }
     }
 }
