@@ -4,9 +4,9 @@
 //! distance alone takes energy away: 13 % (a cube) to 25 % (a flat room) of all that a room hears. Height and distance from a
 //! point further below keep the sum.
 
-/// Energy by Lambert's law for a unit that leaves a surface, at a squared distance and a height above its plane in metres, per unit of the
-/// squared distance. Both are those from a point that lies lower by the square root of `lifted_m2`, half of the squared radius of a
-/// disc of the surface's area. Such surfaces side by side are heard alike at any height, as by the law itself.
+/// Energy in 1/m² by Lambert's law for a unit that leaves a surface, heard at a squared distance in square metres and a height above its
+/// plane in metres, both as from a point that lies lower by the square root of `lifted_m2`: half of the squared radius of a disc of the
+/// surface's area. Such surfaces side by side are heard alike at any height, as by the law itself.
 #[inline(always)]
 pub(crate) fn lifted_kernel(square_m2: f32, height_m: f32, lifted_m2: f32) -> f32 {
     let reach_m2 = square_m2 + lifted_m2;
