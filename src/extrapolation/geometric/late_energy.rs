@@ -15,7 +15,9 @@ use crate::acoustics::{BANDS, BandArray};
 use crate::extrapolation::geometric::FrameInputs;
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::propagation::{LATE_GROUPS, LATE_SEGMENTS, LateEnergy, LateGroup, PathSet};
+use crate::propagation::{
+    LATE_DIRECTIONS, LATE_GROUPS, LATE_SEGMENTS, LateEnergy, LateGroup, PathSet,
+};
 use crate::scene::{SourceId, SourcePose};
 
 /// Least distance in metres between two estimates that define a line.
@@ -218,16 +220,27 @@ fn interpolate_groups(estimates: &[Estimates<'_>], position: Vec3) -> [LateGroup
     });
     if let Some((line, others)) = lines.reduce(|a, b| if b.0.cost < a.0.cost { b } else { a }) {
         for (group, other) in groups.iter_mut().zip(others) {
-            let to = group.directions.iter_mut().chain([&mut group.decay_time_s]);
-            let from = other.directions.iter().chain([&other.decay_time_s]);
-            for (to, from) in to.zip(from) {
+            for (to, from) in group.directions.iter_mut().zip(&other.directions) {
                 for b in 0..BANDS {
                     to[b] = line.at(to[b], from[b]);
                 }
             }
+            normalize(&mut group.directions);
+            let decays = group.decay_time_s.iter_mut().zip(other.decay_time_s);
+            decays.for_each(|(to, from)| *to = line.decay_at(*to, from));
         }
     }
     groups
+}
+
+/// Divides shares of directions by their sum in each band: shares extrapolated below zero were raised to it.
+fn normalize(directions: &mut [BandArray; LATE_DIRECTIONS]) {
+    for b in 0..BANDS {
+        let sum: f32 = directions.iter().map(|share| share[b]).sum();
+        if sum > 0.0 {
+            directions.iter_mut().for_each(|share| share[b] /= sum);
+        }
+    }
 }
 
 /// Mean energies of estimates, weighted by the distance of their positions.
@@ -293,6 +306,17 @@ impl Line {
     fn at(&self, nearest: f32, other: f32) -> f32 {
         (nearest + (other - nearest) * self.share).max(0.0)
     }
+
+    /// Between a decay time at the nearest estimate and at the other, by their ratio: an extrapolated decay stays one, also
+    /// where the other is more than twice as long. Silence stays silence.
+    fn decay_at(&self, nearest: f32, other: f32) -> f32 {
+        let ratio = other / nearest;
+        if ratio.is_finite() && ratio > 0.0 {
+            nearest * ratio.powf(self.share)
+        } else {
+            nearest
+        }
+    }
 }
 
 fn distance_squared(a: [Vec3; 2], b: [Vec3; 2]) -> f32 {
@@ -306,5 +330,48 @@ fn mix(result: &mut LateEnergy, other: &LateEnergy, line: &Line) {
         for b in 0..BANDS {
             energy[b] = line.at(energy[b], other[b]);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Extrapolates groups from an update behind, over a nearest one, to a position ahead.
+    fn extrapolated(nearest: &LateGroup, behind: &LateGroup) -> LateGroup {
+        let groups = [nearest, behind].map(|group| [*group; LATE_GROUPS]);
+        let at = |x, groups| Estimates {
+            position: Vec3::new(x, 0.0, 0.0),
+            groups,
+            late: &[],
+            sources: SourcePositions::Listed(&[]),
+        };
+        let estimates = [at(1.0, &groups[0]), at(0.0, &groups[1])];
+        interpolate_groups(&estimates, Vec3::new(1.75, 0.0, 0.0))[0]
+    }
+
+    #[test]
+    fn extrapolated_directions_are_shares_of_one() {
+        let mut nearest = LateGroup::isotropic([1.0; BANDS]);
+        nearest.directions = [[0.0; BANDS]; LATE_DIRECTIONS];
+        nearest.directions[0] = [0.8; BANDS];
+        nearest.directions[1] = [0.2; BANDS];
+        let mut behind = nearest;
+        behind.directions.swap(0, 1);
+        let directions = extrapolated(&nearest, &behind).directions;
+        for b in 0..BANDS {
+            let sum: f32 = directions.iter().map(|share| share[b]).sum();
+            assert!((sum - 1.0).abs() < 1e-6, "{sum}");
+            assert!(directions.iter().all(|share| share[b] >= 0.0));
+        }
+    }
+
+    #[test]
+    fn an_extrapolated_decay_does_not_become_silence() {
+        let group = |decay_s| LateGroup::isotropic([decay_s; BANDS]);
+        let decay_s = extrapolated(&group(0.4), &group(1.2)).decay_time_s[0];
+        assert!(decay_s > 0.15 && decay_s < 0.4, "{decay_s}");
+        let silent = extrapolated(&group(0.0), &group(1.2)).decay_time_s[0];
+        assert_eq!(silent, 0.0);
     }
 }
