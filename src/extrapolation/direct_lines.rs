@@ -11,7 +11,7 @@ use crate::acoustics::BANDS;
 use crate::extrapolation::frame::FramePath;
 use crate::extrapolation::geometric::JUMP_M;
 use crate::extrapolation::line_extrapolation::{ExtrapolationReach, PathLine};
-use crate::propagation::diffraction::{DirectField, MAX_DIRECT_EDGES};
+use crate::propagation::diffraction::{DirectField, MAX_DIRECT_EDGES, boundary_sides};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::transmission::{is_blocked, unoccluded_path};
 use crate::scene::{ListenerPose, Scene};
@@ -23,6 +23,8 @@ struct SourceField {
     endpoints: Endpoints,
     used: u64,
     field: DirectField,
+    /// [`boundary_sides`] of its edges.
+    sides: [u32; MAX_DIRECT_EDGES],
     lines: [Option<PathLine>; 1 + MAX_DIRECT_EDGES],
 }
 
@@ -74,6 +76,11 @@ impl DirectLines {
         if is_turn || !own.continues(endpoints, self.frame) {
             return None;
         }
+        // A wave that has changed its sign is not on the line through what it was.
+        let has_moved = own.endpoints.from != endpoints.from || own.endpoints.to != endpoints.to;
+        if has_moved && own.sides != boundary_sides(scene, endpoints, &own.field.edges) {
+            return None;
+        }
         let reach = self.reach.frames(&own.endpoints, endpoints);
         (own.endpoints, own.used) = (*endpoints, self.frame);
         let is_blocked = is_blocked(scene, endpoints.from, endpoints.to, rays);
@@ -105,7 +112,7 @@ impl DirectLines {
     /// Stores the field of the source at `index` and its paths, which this frame has computed.
     pub(super) fn store(
         &mut self,
-        index: usize,
+        (index, scene): (usize, &Scene),
         endpoints: &Endpoints,
         field: &DirectField,
         paths: &[FramePath],
@@ -114,8 +121,11 @@ impl DirectLines {
             return;
         };
         let (frame, every) = (self.frame, self.reach.every.into());
+        let sides = boundary_sides(scene, endpoints, &field.edges);
         let is_before = |before: &&SourceField| {
-            before.continues(endpoints, frame) && before.field.through == field.through
+            before.field.through == field.through
+                && before.is_on_sides(field, &sides)
+                && before.continues(endpoints, frame)
         };
         let before = own.as_ref().filter(is_before);
         let lines = before.into_iter().flat_map(|before| before.lines.iter());
@@ -126,19 +136,31 @@ impl DirectLines {
             endpoints: *endpoints,
             used: frame,
             field: *field,
+            sides,
             lines: [None; 1 + MAX_DIRECT_EDGES],
         });
-        (own.endpoints, own.used, own.field) = (*endpoints, frame, *field);
+        (own.endpoints, own.used) = (*endpoints, frame);
+        (own.field, own.sides) = (*field, sides);
         for (n, line) in own.lines.iter_mut().enumerate() {
             *line = paths.get(n).map(|path| {
                 let before = self.before.iter().find(|line| line.id() == path.id);
-                PathLine::through(path, frame, before, every)
+                PathLine::through((path, 0), frame, before, every)
             });
         }
     }
 }
 
 impl SourceField {
+    /// Whether no edge that this field and a later one have in common has another side.
+    fn is_on_sides(&self, later: &DirectField, sides: &[u32; MAX_DIRECT_EDGES]) -> bool {
+        let own = self.field.edges.as_slice().iter().zip(&self.sides);
+        let mut pairs = own.filter_map(|(edge, own)| {
+            let index = later.edges.as_slice().iter().position(|new| new == edge)?;
+            Some((own, sides[index]))
+        });
+        pairs.all(|(own, new)| *own == new)
+    }
+
     /// Whether source and listener are those of the frame before, unchanged but for their motion and the mix.
     fn continues(&self, endpoints: &Endpoints, frame: u64) -> bool {
         let (own, new) = (&self.endpoints.source, &endpoints.source);

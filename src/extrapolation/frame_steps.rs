@@ -88,7 +88,8 @@ impl Extrapolator {
             };
             if !is_extrapolated && !is_wide {
                 let paths = &result.paths[before..];
-                self.direct_lines.store(index, &endpoints, &field, paths);
+                self.direct_lines
+                    .store((index, scene), &endpoints, &field, paths);
             }
             self.shadows.push(SourceShadow::of(&field));
             let hidden_share = match &wide {

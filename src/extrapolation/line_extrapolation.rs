@@ -59,6 +59,8 @@ impl ExtrapolationReach {
 pub struct PathLine {
     frame: u64,
     path: FramePath,
+    /// Sides of the boundaries of its waves, 0 without an edge.
+    sides: u32,
     slope: Option<Slope>,
 }
 
@@ -71,9 +73,16 @@ struct Slope {
 }
 
 impl PathLine {
-    /// The line through `path`, evaluated in `frame`, and the last evaluation of `before` if it is at most `every` frames old.
-    pub(crate) fn through(path: &FramePath, frame: u64, before: Option<&Self>, every: u64) -> Self {
-        let last = before.filter(|last| last.frame < frame && frame - last.frame <= every);
+    /// The line through `path`, evaluated in `frame`, and the last evaluation of `before` if it is at most `every` frames old and
+    /// on the same `sides` of all boundaries of its waves.
+    pub(crate) fn through(
+        (path, sides): (&FramePath, u32),
+        frame: u64,
+        before: Option<&Self>,
+        every: u64,
+    ) -> Self {
+        let is_recent = |last: &&Self| last.frame < frame && frame - last.frame <= every;
+        let last = before.filter(|last| last.sides == sides && is_recent(last));
         let slope = last.map(|last| {
             let share = 1.0 / (frame - last.frame) as f32;
             Slope {
@@ -92,8 +101,15 @@ impl PathLine {
         Self {
             frame,
             path: *path,
+            sides,
             slope,
         }
+    }
+
+    /// Sides of the boundaries of the path's waves in its last evaluation.
+    #[inline]
+    pub(crate) fn sides(&self) -> u32 {
+        self.sides
     }
 
     /// The path's identity.
@@ -176,7 +192,7 @@ mod tests {
             for frame in 100..160 {
                 let exact = path(id, image, ear(frame));
                 let Some(found) = line.and_then(|line| at(&line, frame, 3, 3)) else {
-                    line = Some(PathLine::through(&exact, frame, line.as_ref(), 3));
+                    line = Some(PathLine::through((&exact, 0), frame, line.as_ref(), 3));
                     evaluations += 1;
                     continue;
                 };
@@ -194,22 +210,33 @@ mod tests {
     #[test]
     fn a_line_needs_two_recent_evaluations() {
         let audible = path(1, Vec3::X, Vec3::ZERO);
-        let first = PathLine::through(&audible, 10, None, 3);
+        let first = PathLine::through((&audible, 0), 10, None, 3);
         assert!(at(&first, 11, 3, 3).is_none());
-        let second = PathLine::through(&audible, 12, Some(&first), 3);
+        let second = PathLine::through((&audible, 0), 12, Some(&first), 3);
         assert_eq!(at(&second, 13, 3, 3), Some(audible));
         assert!(at(&second, 15, 3, 3).is_none());
-        let late = PathLine::through(&audible, 20, Some(&second), 3);
+        let late = PathLine::through((&audible, 0), 20, Some(&second), 3);
         assert!(at(&late, 21, 3, 3).is_none());
+    }
+
+    #[test]
+    fn a_line_does_not_cross_a_boundary_of_its_waves() {
+        let mut audible = path(1, Vec3::X, Vec3::ZERO);
+        let lit = PathLine::through((&audible, 0), 10, None, 3);
+        audible.amplitude = [-1.0; BANDS];
+        let dark = PathLine::through((&audible, 1), 12, Some(&lit), 3);
+        assert!(at(&dark, 13, 3, 3).is_none());
+        let darker = PathLine::through((&audible, 1), 13, Some(&dark), 3);
+        assert_eq!(at(&darker, 15, 3, 3), Some(audible));
     }
 
     #[test]
     fn a_fading_amplitude_stops_at_zero() {
         let mut audible = path(0, Vec3::X, Vec3::ZERO);
         audible.amplitude = [0.1; BANDS];
-        let first = PathLine::through(&audible, 10, None, 8);
+        let first = PathLine::through((&audible, 0), 10, None, 8);
         audible.amplitude = [0.06; BANDS];
-        let line = PathLine::through(&audible, 12, Some(&first), 8);
+        let line = PathLine::through((&audible, 0), 12, Some(&first), 8);
         let level = |frame| line.ahead(frame, 8).map(|path| path.amplitude[0]);
         assert!(level(13).is_some_and(|level| (level - 0.04).abs() < 1e-6));
         assert_eq!(level(16), Some(0.0));
@@ -219,9 +246,9 @@ mod tests {
     fn a_switched_amplitude_is_held() {
         let mut audible = path(0, Vec3::X, Vec3::ZERO);
         audible.amplitude = [0.2; BANDS];
-        let first = PathLine::through(&audible, 10, None, 4);
+        let first = PathLine::through((&audible, 0), 10, None, 4);
         audible.amplitude = [0.8; BANDS];
-        let line = PathLine::through(&audible, 12, Some(&first), 4);
+        let line = PathLine::through((&audible, 0), 12, Some(&first), 4);
         assert_eq!(
             line.ahead(14, 4).map(|path| path.amplitude),
             Some([0.8; BANDS])

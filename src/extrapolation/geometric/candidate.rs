@@ -166,23 +166,39 @@ impl Candidate {
         if state.is_reflection {
             return Some(FrameGeometry::ExtrapolatedReflection);
         }
-        let is_masked = match &self.geometry {
-            PathGeometry::Diffraction(sequence) => source.shadow.share(sequence) == 0.0,
-            _ => false,
+        let continues = match &self.geometry {
+            PathGeometry::Diffraction(sequence) => {
+                let is_masked = source.shadow.share(sequence) == 0.0;
+                !is_masked && (!source.has_moved || self.stays(sequence, line, inputs, source))
+            }
+            _ => true,
         };
-        (!is_masked).then_some(FrameGeometry::Extrapolated)
+        continues.then_some(FrameGeometry::Extrapolated)
     }
 
-    /// The line through the path of a frame that has evaluated it, and the evaluation before.
+    /// Whether a diffracted path exists and its waves are on the same sides of their boundaries as in its last evaluation: a wave
+    /// that has changed its sign is not on the line through what it was.
+    fn stays(
+        &self,
+        sequence: &DiffractionSequence,
+        line: &PathLine,
+        inputs: &FrameInputs<'_>,
+        source: &FrameSource,
+    ) -> bool {
+        let path = sequence.between(inputs.scene, &source.endpoints);
+        path.is_some_and(|path| path.sides(inputs.scene) == line.sides())
+    }
+
+    /// The line through the path of a frame that has evaluated it, with the sides of its waves, and the evaluation before.
     pub(crate) fn line(
         &self,
-        path: Option<&FramePath>,
+        (path, sides): (Option<&FramePath>, u32),
         before: Option<&PathLine>,
         (frame, every): (u64, u32),
     ) -> Option<PathLine> {
         // A path of unknown geometry jumps between updates.
         let path = path.filter(|_| !matches!(self.geometry, PathGeometry::Unknown));
-        path.map(|path| PathLine::through(path, frame, before, every.into()))
+        path.map(|path| PathLine::through((path, sides), frame, before, every.into()))
     }
 
     /// Its geometry in this graphics frame, without visibility; only the points of a reflected path.

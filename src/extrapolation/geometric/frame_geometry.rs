@@ -110,4 +110,12 @@ impl GeometryArena {
     pub(crate) fn diffracted(&self, index: u32) -> &DiffractionPath {
         &self.diffracted[index as usize]
     }
+
+    /// Sides of the boundaries of a path's waves ([`DiffractionPath::sides`]), 0 without an edge.
+    pub(crate) fn sides(&self, geometry: FrameGeometry, scene: &Scene) -> u32 {
+        match geometry {
+            FrameGeometry::Diffracted(index) => self.diffracted(index).sides(scene),
+            _ => 0,
+        }
+    }
 }

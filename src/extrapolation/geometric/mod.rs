@@ -343,7 +343,8 @@ impl GeometricPredictor {
                 let own = (&self.arena, amplitude);
                 let path = candidate.frame_path(geometry, inputs, source, own);
                 if turn.1 > 1 && amplitude.is_none() {
-                    *line = candidate.line(path.as_ref(), line.as_ref(), turn);
+                    let sides = self.arena.sides(geometry, inputs.scene);
+                    *line = candidate.line((path.as_ref(), sides), line.as_ref(), turn);
                 }
                 path
             };

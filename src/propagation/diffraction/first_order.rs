@@ -11,7 +11,7 @@ use crate::propagation::amplitude::{apply_directivity, free_field};
 use crate::propagation::diffraction::complex::{Complex, ComplexBands};
 use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
 use crate::propagation::diffraction::two_edge_path::{self, TwoEdgePath};
-use crate::propagation::diffraction::wedge_geometry::on_side;
+use crate::propagation::diffraction::wedge_geometry::{WedgeAngles, on_side};
 use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::Interaction;
@@ -56,6 +56,23 @@ impl DirectEdges {
             self.push(edge);
         }
     }
+}
+
+/// `WedgeAngles::sides` of the paths over edges, in their order. While they stay, waves change steadily with the positions of
+/// source and listener.
+pub fn boundary_sides(
+    scene: &Scene,
+    endpoints: &Endpoints,
+    edges: &DirectEdges,
+) -> [u32; MAX_DIRECT_EDGES] {
+    let (from, to) = local_positions(scene, endpoints);
+    let mut sides = [0; MAX_DIRECT_EDGES];
+    for (sides, &edge) in sides.iter_mut().zip(edges.as_slice()) {
+        let edge = &scene.edge(edge);
+        let angles = WedgeAngles::between(edge, from, to);
+        *sides = angles.map_or(0, |angles| angles.sides());
+    }
+    sides
 }
 
 /// Result of [`direct_field`].

@@ -38,7 +38,7 @@ pub mod wide_source;
 pub mod with_reflections;
 
 pub use crate::propagation::diffraction::first_order::{
-    DirectEdges, DirectField, MAX_DIRECT_EDGES, direct_field,
+    DirectEdges, DirectField, MAX_DIRECT_EDGES, boundary_sides, direct_field,
 };
 pub use crate::propagation::diffraction::lit_reflection::{path_in_shadow, reflection_gain};
 pub use crate::propagation::diffraction::reflection_edges::{

@@ -100,6 +100,14 @@ impl DiffractionPath {
         }
     }
 
+    /// Sides of the boundaries of its waves (`WedgeAngles::sides`).
+    pub fn sides(&self, scene: &Scene) -> u32 {
+        match self {
+            Self::Reflected(path) => path.sides(scene),
+            Self::TwoEdges(path) => path.sides(scene),
+        }
+    }
+
     /// Whether nothing occludes it. Adds the rays cast, [`MAX_RAYS`] at most, to `rays`.
     pub fn is_unoccluded(&self, scene: &Scene, endpoints: &Endpoints, rays: &mut u64) -> bool {
         match self {

@@ -137,6 +137,14 @@ impl TwoEdgePath {
         })
     }
 
+    /// [`WedgeAngles::sides`] at both edges, four bits each.
+    pub(super) fn sides(&self, scene: &Scene) -> u32 {
+        let each = self.edges.iter().zip(&self.crossings);
+        each.fold(0, |sides, (edge, crossing)| {
+            sides << 4 | WedgeAngles::of(&scene.edge(*edge), crossing).sides()
+        })
+    }
+
     /// Length in metres.
     pub fn length_m(&self) -> f64 {
         self.length_m

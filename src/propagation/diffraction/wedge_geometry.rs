@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use glam::DVec3;
+
 use crate::propagation::diffraction::complex::Complex;
 use crate::scene::edges::{Edge, EdgeCrossing};
 
@@ -89,6 +91,15 @@ impl WedgeAngles {
         }
     }
 
+    /// The angles of two points around an edge; `None` if one is inside the wedge.
+    pub(crate) fn between(edge: &Edge, from: DVec3, to: DVec3) -> Option<Self> {
+        Some(Self {
+            n: edge.n,
+            incoming: edge.angle_of(from)?,
+            outgoing: edge.angle_of(to)?,
+        })
+    }
+
     /// Cosines of incidence on the two faces at the boundaries of their reflections, for the reflection factors.
     /// Reciprocal: the same with source and listener exchanged.
     pub fn face_cosines(&self, sin_edge: f64) -> [f64; 2] {
@@ -121,6 +132,13 @@ impl WedgeAngles {
         let (minus, plus) = (self.outgoing - self.incoming, self.outgoing + self.incoming);
         // π − (φ + φ') is zero where the first face's reflection ends, π + (φ + φ') − 2πn the second's.
         [minus, -minus, -plus, plus].map(|beta| self.deviation(beta))
+    }
+
+    /// On which side of each of the four boundaries the path lies: bits 0 to 3. A wave changes its sign where one of them
+    /// changes.
+    pub(crate) fn sides(&self) -> u32 {
+        let bits = self.deviations().map(|epsilon| u32::from(epsilon < 0.0));
+        bits.into_iter().fold(0, |sides, bit| 2 * sides + bit)
     }
 
     /// [`Self::deviations`] with their sines.

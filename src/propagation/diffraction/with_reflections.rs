@@ -309,6 +309,11 @@ impl ReflectedEdgePath {
         edge_wave::is_audible(&gains, spreading).then(|| self.to_path(scene, endpoints, &gains))
     }
 
+    /// [`WedgeAngles::sides`] at the edge.
+    pub(super) fn sides(&self, scene: &Scene) -> u32 {
+        WedgeAngles::of(&scene.edge(self.edge), &self.crossing).sides()
+    }
+
     /// Length over the edge in metres.
     pub(super) fn length_m(&self) -> f64 {
         self.crossing.length_m()
