@@ -10,7 +10,7 @@ use glam::Vec3;
 use crate::acoustics::BANDS;
 use crate::extrapolation::frame::FramePath;
 use crate::extrapolation::geometric::JUMP_M;
-use crate::extrapolation::line_extrapolation::{ExtrapolationReach, PathLine};
+use crate::extrapolation::line_extrapolation::{ExtrapolationReach, FrameTime, PathLine};
 use crate::propagation::diffraction::{DirectField, MAX_DIRECT_EDGES, boundary_sides};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::transmission::{is_blocked, unoccluded_path};
@@ -34,7 +34,7 @@ pub(super) struct DirectLines {
     fields: Vec<Option<SourceField>>,
     /// Scratch: the lines of the field before.
     before: Vec<PathLine>,
-    frame: u64,
+    now: FrameTime,
     reach: ExtrapolationReach,
 }
 
@@ -46,8 +46,8 @@ impl DirectLines {
     }
 
     /// Begins or resumes a graphics frame, which computes the fields of one source in [`ExtrapolationReach::every`].
-    pub(super) fn begin(&mut self, sources: usize, reach: ExtrapolationReach) {
-        self.reach = reach;
+    pub(super) fn begin(&mut self, sources: usize, reach: ExtrapolationReach, time_s: f64) {
+        (self.reach, self.now.time_s) = (reach, time_s);
         match reach.every > 1 {
             true => self.fields.resize(sources, None),
             false => self.fields.clear(),
@@ -56,7 +56,7 @@ impl DirectLines {
 
     /// Ends the graphics frame.
     pub(super) fn end(&mut self) {
-        self.frame += 1;
+        self.now.frame += 1;
     }
 
     /// Appends the paths of the source at `index` to `paths` and returns its field, or `None` if this frame has to compute it.
@@ -69,11 +69,11 @@ impl DirectLines {
         paths: &mut Vec<FramePath>,
     ) -> Option<DirectField> {
         let own = self.fields.get_mut(index)?.as_mut()?;
-        let is_turn = self
-            .frame
+        let frame = self.now.frame;
+        let is_turn = frame
             .wrapping_add(index as u64)
             .is_multiple_of(self.reach.every.into());
-        if is_turn || !own.continues(endpoints, self.frame) {
+        if is_turn || !own.continues(endpoints, frame) {
             return None;
         }
         // A wave that has changed its sign is not on the line through what it was.
@@ -82,14 +82,14 @@ impl DirectLines {
             return None;
         }
         let reach = self.reach.frames(&own.endpoints, endpoints);
-        (own.endpoints, own.used) = (*endpoints, self.frame);
+        (own.endpoints, own.used) = (*endpoints, frame);
         let is_blocked = is_blocked(scene, endpoints.from, endpoints.to, rays);
         if is_blocked == (own.field.through == [1.0; BANDS]) {
             return None;
         }
         let first = paths.len();
         for line in own.lines.iter().flatten() {
-            let Some(mut path) = line.ahead(self.frame, reach) else {
+            let Some(mut path) = line.ahead(self.now, reach) else {
                 paths.truncate(first);
                 return None;
             };
@@ -120,7 +120,8 @@ impl DirectLines {
         let Some(own) = self.fields.get_mut(index) else {
             return;
         };
-        let (frame, every) = (self.frame, self.reach.every.into());
+        let (now, every) = (self.now, self.reach.every.into());
+        let frame = now.frame;
         let sides = boundary_sides(scene, endpoints, &field.edges);
         let is_before = |before: &&SourceField| {
             before.field.through == field.through
@@ -144,7 +145,7 @@ impl DirectLines {
         for (n, line) in own.lines.iter_mut().enumerate() {
             *line = paths.get(n).map(|path| {
                 let before = self.before.iter().find(|line| line.id() == path.id);
-                PathLine::through((path, 0), frame, before, every)
+                PathLine::through((path, 0), now, before, every)
             });
         }
     }

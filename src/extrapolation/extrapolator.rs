@@ -139,6 +139,9 @@ pub struct Extrapolator {
     pub(super) frames_since_update: u32,
     pub(super) updates: u64,
     pub(super) step: Step,
+    /// Time of the present graphics frame in seconds, and whether it was recorded with the sources.
+    pub(super) time_s: f64,
+    pub(super) is_timed: bool,
     pub(super) motion: SourceMotion,
     pub(super) smoother: MixSmoother,
     /// The mix of each source of the present graphics frame.
@@ -169,6 +172,8 @@ impl Extrapolator {
             frames_since_update: 0,
             updates: 0,
             step: Step::default(),
+            time_s: 0.0,
+            is_timed: false,
             motion: SourceMotion::default(),
             smoother: MixSmoother::default(),
             mixes: Vec::new(),
@@ -214,9 +219,12 @@ impl Extrapolator {
     }
 
     /// Records the sources of the next graphics frame, `interval_s` seconds after the frame before. Delays of moving sources
-    /// belong to the time of emission, and changes of a mix are smoothed; without records, every source counts as at rest and
-    /// its mix applies at once. Real-time.
+    /// belong to the time of emission, and changes of a mix are smoothed; without records, every source counts as at rest, its
+    /// mix applies at once, and frames count as evenly spaced. Real-time.
     pub fn record_sources(&mut self, sources: &[SourcePose], interval_s: f64) {
+        // Neither backwards nor beyond what a double resolves.
+        self.time_s += interval_s.max(0.0).min(10.0);
+        self.is_timed = true;
         let speed_m_s = self.scenes.current().speed_of_sound_m_s();
         self.motion.record(sources, interval_s, speed_m_s);
         self.smoother.record(sources, interval_s);

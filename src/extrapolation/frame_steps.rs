@@ -24,6 +24,9 @@ const DONE: Progress = Progress {
     is_done: true,
 };
 
+/// Time in seconds between graphics frames of which nobody tells it.
+const UNTIMED_FRAME_S: f64 = 1.0 / 60.0;
+
 impl Extrapolator {
     /// Computes the graphics frame of these poses; the next call computes the next frame. Returns the number of rays cast.
     /// Before the first update the frame has only the direct field.
@@ -58,7 +61,8 @@ impl Extrapolator {
             self.shadows.clear();
             self.mixes.clear();
             self.images.clear();
-            self.direct_lines.begin(sources.len(), self.direct_reach());
+            self.direct_lines
+                .begin(sources.len(), self.direct_reach(), self.time_s);
         }
         for (index, pose) in sources.iter().enumerate().skip(first) {
             if budget.is_spent() {
@@ -220,6 +224,9 @@ impl Extrapolator {
         }
         self.frames_since_update = self.frames_since_update.saturating_add(1);
         self.direct_lines.end();
+        if !std::mem::take(&mut self.is_timed) {
+            self.time_s += UNTIMED_FRAME_S;
+        }
         self.step = Step::default();
         progress
     }
@@ -303,6 +310,7 @@ impl Extrapolator {
                     update_scene: self.scenes.at_update(),
                     listener,
                     sources,
+                    time_s: self.time_s,
                     shadows: &self.shadows,
                     min_distance_m: self.min_distance_m,
                     reflection_edges: &self.current.reflection_edges,
@@ -396,6 +404,7 @@ impl Extrapolator {
             update_scene: self.scenes.at_update(),
             listener,
             sources,
+            time_s: self.time_s,
             shadows: &self.shadows,
             min_distance_m: self.min_distance_m,
             reflection_edges: &self.current.reflection_edges,

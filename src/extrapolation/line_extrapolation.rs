@@ -54,39 +54,52 @@ impl ExtrapolationReach {
     }
 }
 
+/// A graphics frame and its time. A renderer whose blocks are longer than graphics frames leaves some out, so that those which it
+/// computes are not evenly spaced.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct FrameTime {
+    /// Number among the computed frames.
+    pub(crate) frame: u64,
+    /// In seconds since the first.
+    pub(crate) time_s: f64,
+}
+
 /// The line through the last evaluations of a path.
 #[derive(Debug, Clone, Copy)]
 pub struct PathLine {
-    frame: u64,
+    at: FrameTime,
     path: FramePath,
     /// Sides of the boundaries of its waves, 0 without an edge.
     sides: u32,
     slope: Option<Slope>,
 }
 
-/// Change per graphics frame.
+/// Change per second.
 #[derive(Debug, Clone, Copy)]
 struct Slope {
-    delay_s: f64,
+    delay_s: f32,
     arrival: Vec3,
     amplitude: [f32; BANDS],
 }
 
 impl PathLine {
-    /// The line through `path`, evaluated in `frame`, and the last evaluation of `before` if it is at most `every` frames old and
-    /// on the same `sides` of all boundaries of its waves.
+    /// The line through `path`, evaluated in a frame, and the last evaluation of `before` if it is at most `every` frames old and on
+    /// the same `sides` of all boundaries of its waves.
     pub(crate) fn through(
         (path, sides): (&FramePath, u32),
-        frame: u64,
+        at: FrameTime,
         before: Option<&Self>,
         every: u64,
     ) -> Self {
-        let is_recent = |last: &&Self| last.frame < frame && frame - last.frame <= every;
+        let is_recent = |last: &&Self| {
+            let last = last.at;
+            last.frame < at.frame && at.frame - last.frame <= every && last.time_s < at.time_s
+        };
         let last = before.filter(|last| last.sides == sides && is_recent(last));
         let slope = last.map(|last| {
-            let share = 1.0 / (frame - last.frame) as f32;
+            let share = (at.time_s - last.at.time_s).recip() as f32;
             Slope {
-                delay_s: (path.delay_s - last.path.delay_s) * f64::from(share),
+                delay_s: (path.delay_s - last.path.delay_s) as f32 * share,
                 arrival: (path.arrival - last.path.arrival) * share,
                 amplitude: std::array::from_fn(|b| {
                     let (now, before) = (path.amplitude[b], last.path.amplitude[b]);
@@ -99,7 +112,7 @@ impl PathLine {
             }
         });
         Self {
-            frame,
+            at,
             path: *path,
             sides,
             slope,
@@ -127,25 +140,25 @@ impl PathLine {
     #[inline]
     pub(crate) fn spans(&self, frame: u64, every: u64, reach: u64) -> bool {
         let is_turn = self.path.id.0.wrapping_add(frame).is_multiple_of(every);
-        !is_turn && self.slope.is_some() && frame.wrapping_sub(self.frame) < reach
+        !is_turn && self.slope.is_some() && frame.wrapping_sub(self.at.frame) < reach
     }
 
     /// The path in a later frame; `None` after `reach` frames and without a slope.
-    pub(crate) fn ahead(&self, frame: u64, reach: u64) -> Option<FramePath> {
-        let ahead = frame.checked_sub(self.frame)?;
-        if ahead >= reach {
+    pub(crate) fn ahead(&self, now: FrameTime, reach: u64) -> Option<FramePath> {
+        if now.frame.checked_sub(self.at.frame)? >= reach {
             return None;
         }
+        let ahead_s = now.time_s - self.at.time_s;
         let slope = self.slope?;
         let mut path = self.path;
-        path.delay_s = (path.delay_s + slope.delay_s * ahead as f64).max(0.0);
+        path.delay_s = (path.delay_s + f64::from(slope.delay_s) * ahead_s).max(0.0);
         // A path at rest keeps its bits.
         if slope.arrival != Vec3::ZERO {
-            let arrival = path.arrival + slope.arrival * ahead as f32;
+            let arrival = path.arrival + slope.arrival * ahead_s as f32;
             path.arrival = arrival.normalize_or(path.arrival);
         }
         for (value, slope) in path.amplitude.iter_mut().zip(slope.amplitude) {
-            let next = *value + slope * ahead as f32;
+            let next = *value + slope * ahead_s as f32;
             // A fading amplitude stops at zero.
             *value = if next * *value > 0.0 { next } else { 0.0 };
         }
@@ -176,10 +189,18 @@ mod tests {
         }
     }
 
+    /// Evenly spaced graphics frames.
+    fn time(frame: u64) -> FrameTime {
+        let time_s = frame as f64 / 60.0;
+        FrameTime { frame, time_s }
+    }
+
     /// The extrapolated path; `None` in a frame that must evaluate it.
     fn at(line: &PathLine, frame: u64, every: u64, reach: u64) -> Option<FramePath> {
         let is_extrapolated = line.spans(frame, every, reach);
-        is_extrapolated.then(|| line.ahead(frame, reach)).flatten()
+        is_extrapolated
+            .then(|| line.ahead(time(frame), reach))
+            .flatten()
     }
 
     #[test]
@@ -192,7 +213,12 @@ mod tests {
             for frame in 100..160 {
                 let exact = path(id, image, ear(frame));
                 let Some(found) = line.and_then(|line| at(&line, frame, 3, 3)) else {
-                    line = Some(PathLine::through((&exact, 0), frame, line.as_ref(), 3));
+                    line = Some(PathLine::through(
+                        (&exact, 0),
+                        time(frame),
+                        line.as_ref(),
+                        3,
+                    ));
                     evaluations += 1;
                     continue;
                 };
@@ -210,34 +236,49 @@ mod tests {
     #[test]
     fn a_line_needs_two_recent_evaluations() {
         let audible = path(1, Vec3::X, Vec3::ZERO);
-        let first = PathLine::through((&audible, 0), 10, None, 3);
+        let first = PathLine::through((&audible, 0), time(10), None, 3);
         assert!(at(&first, 11, 3, 3).is_none());
-        let second = PathLine::through((&audible, 0), 12, Some(&first), 3);
+        let second = PathLine::through((&audible, 0), time(12), Some(&first), 3);
         assert_eq!(at(&second, 13, 3, 3), Some(audible));
         assert!(at(&second, 15, 3, 3).is_none());
-        let late = PathLine::through((&audible, 0), 20, Some(&second), 3);
+        let late = PathLine::through((&audible, 0), time(20), Some(&second), 3);
         assert!(at(&late, 21, 3, 3).is_none());
     }
 
     #[test]
     fn a_line_does_not_cross_a_boundary_of_its_waves() {
         let mut audible = path(1, Vec3::X, Vec3::ZERO);
-        let lit = PathLine::through((&audible, 0), 10, None, 3);
+        let lit = PathLine::through((&audible, 0), time(10), None, 3);
         audible.amplitude = [-1.0; BANDS];
-        let dark = PathLine::through((&audible, 1), 12, Some(&lit), 3);
+        let dark = PathLine::through((&audible, 1), time(12), Some(&lit), 3);
         assert!(at(&dark, 13, 3, 3).is_none());
-        let darker = PathLine::through((&audible, 1), 13, Some(&dark), 3);
+        let darker = PathLine::through((&audible, 1), time(13), Some(&dark), 3);
         assert_eq!(at(&darker, 15, 3, 3), Some(audible));
+    }
+
+    #[test]
+    fn left_out_frames_pass_too() {
+        let at = |frame, time_s| FrameTime { frame, time_s };
+        let of_level = |level| {
+            let mut audible = path(1, Vec3::X, Vec3::ZERO);
+            audible.amplitude = [level; BANDS];
+            audible
+        };
+        let first = PathLine::through((&of_level(0.5), 0), at(7, 1.00), None, 4);
+        let line = PathLine::through((&of_level(0.6), 0), at(8, 1.02), Some(&first), 4);
+        let level = |now| line.ahead(now, 4).map(|path| path.amplitude[0]);
+        assert!(level(at(9, 1.03)).is_some_and(|level| (level - 0.65).abs() < 1e-5));
+        assert!(level(at(9, 1.04)).is_some_and(|level| (level - 0.7).abs() < 1e-5));
     }
 
     #[test]
     fn a_fading_amplitude_stops_at_zero() {
         let mut audible = path(0, Vec3::X, Vec3::ZERO);
         audible.amplitude = [0.1; BANDS];
-        let first = PathLine::through((&audible, 0), 10, None, 8);
+        let first = PathLine::through((&audible, 0), time(10), None, 8);
         audible.amplitude = [0.06; BANDS];
-        let line = PathLine::through((&audible, 0), 12, Some(&first), 8);
-        let level = |frame| line.ahead(frame, 8).map(|path| path.amplitude[0]);
+        let line = PathLine::through((&audible, 0), time(12), Some(&first), 8);
+        let level = |frame| line.ahead(time(frame), 8).map(|path| path.amplitude[0]);
         assert!(level(13).is_some_and(|level| (level - 0.04).abs() < 1e-6));
         assert_eq!(level(16), Some(0.0));
     }
@@ -246,11 +287,11 @@ mod tests {
     fn a_switched_amplitude_is_held() {
         let mut audible = path(0, Vec3::X, Vec3::ZERO);
         audible.amplitude = [0.2; BANDS];
-        let first = PathLine::through((&audible, 0), 10, None, 4);
+        let first = PathLine::through((&audible, 0), time(10), None, 4);
         audible.amplitude = [0.8; BANDS];
-        let line = PathLine::through((&audible, 0), 12, Some(&first), 4);
+        let line = PathLine::through((&audible, 0), time(12), Some(&first), 4);
         assert_eq!(
-            line.ahead(14, 4).map(|path| path.amplitude),
+            line.ahead(time(14), 4).map(|path| path.amplitude),
             Some([0.8; BANDS])
         );
     }

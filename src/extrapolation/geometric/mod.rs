@@ -28,7 +28,7 @@ use glam::Vec3;
 
 use crate::extrapolation::frame::FramePath;
 use crate::extrapolation::frame_effort::FrameEffort;
-use crate::extrapolation::line_extrapolation::ExtrapolationReach;
+use crate::extrapolation::line_extrapolation::{ExtrapolationReach, FrameTime};
 use crate::extrapolation::scene_pair::has_moved;
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
 use crate::propagation::diffraction::{
@@ -61,6 +61,8 @@ pub(crate) struct FrameInputs<'a> {
     pub(crate) update_scene: &'a Scene,
     pub(crate) listener: &'a ListenerPose,
     pub(crate) sources: &'a [SourcePose],
+    /// Time of the graphics frame in seconds.
+    pub(crate) time_s: f64,
     /// What the direct field tells of each source.
     pub(crate) shadows: &'a [SourceShadow],
     pub(crate) min_distance_m: f64,
@@ -300,7 +302,12 @@ impl GeometricPredictor {
         budget: &mut WorkBudget,
         paths: &mut Vec<FramePath>,
     ) -> Step {
-        let turn = (self.frame, self.exact_every());
+        let time_s = inputs.time_s;
+        let now = FrameTime {
+            frame: self.frame,
+            time_s,
+        };
+        let turn = (now, self.exact_every());
         let set = &mut self.set;
         let each = set.candidates.iter().zip(&mut set.lines);
         let each = each.zip(&mut set.states).zip(&self.geometries);
@@ -325,13 +332,13 @@ impl GeometricPredictor {
             };
             let path = if geometry.is_extrapolated() {
                 let line = line.as_ref();
-                line.and_then(|line| line.ahead(self.frame, source.reach))
+                line.and_then(|line| line.ahead(now, source.reach))
             } else {
                 let amplitude = match (geometry, line.as_ref()) {
                     (FrameGeometry::Image(_), Some(line)) => {
-                        let (frame, every) = (turn.0, turn.1.into());
-                        line.ahead(frame, source.reach)
-                            .filter(|_| line.spans(frame, every, source.reach))
+                        let every = turn.1.into();
+                        line.ahead(now, source.reach)
+                            .filter(|_| line.spans(now.frame, every, source.reach))
                             .map(|path| path.amplitude)
                     }
                     _ => None,
