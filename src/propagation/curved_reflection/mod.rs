@@ -123,17 +123,24 @@ impl Bounces {
     }
 }
 
-/// A path with its reflection points.
+/// Reflection points of a path, without its amplitude, which occluded paths never need.
 struct CurvedPath {
-    path: Path,
-    /// On the curved surface: the first and the last reflection, which are the same where it is met once.
+    /// Source and listener, or their images in the planes before and after the surface.
+    images: [DVec3; 2],
+    /// On the curved surface: the first and the last reflection, which are the same where it is met once; the last one as it is,
+    /// and unfolded at the plane between both.
     points: [DVec3; 2],
+    unfolded: [DVec3; 2],
+    /// Their plane surfaces.
+    facets: [u32; 2],
+    /// 1 on the side of the shape's outward normal, else −1.
+    side: f64,
     /// Cosine of the angle of incidence there.
     cosine: f64,
     /// On the planes before and after it.
     turns: [Option<DVec3>; 2],
-    /// Between both reflections: on the plane, or halfway without one.
-    middle: Option<DVec3>,
+    /// The plane between both reflections, and the point there.
+    between: Option<(u32, DVec3)>,
 }
 
 /// The search for paths over one curved surface and given planes.
@@ -180,10 +187,11 @@ impl Query<'_> {
         });
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (number, (_, points)) in found[..count].iter().enumerate() {
-            if let Some(path) = self.path(*points, images, number as u64, rays)
-                && self.is_unoccluded(&path, rays)
+            if let Some(reflections) = self.reflections(*points, images, rays)
+                && self.is_unoccluded(&reflections, rays)
+                && let Some(path) = self.path(&reflections, number as u64)
             {
-                emit(path.path);
+                emit(path);
             }
         }
     }
@@ -221,7 +229,7 @@ impl Query<'_> {
             radius_m: shape.radius_m,
             from: p,
             to: q,
-            is_twice: self.bounces != Bounces::Once,
+            is_twice: self.is_twice(),
         };
         let mut at_angle = |angle: f64| {
             let outward = DVec2::from_angle(angle);
@@ -290,20 +298,17 @@ impl Query<'_> {
         Some([towards.to_angle(), half])
     }
 
-    /// The path over stationary points, unfolded at the plane between them, if they lie on the surface and on those of the
+    /// Stationary points, unfolded at the plane between them, as reflections if they lie on the surface and on those of the
     /// planes. Occlusion is not tested.
-    fn path(
+    fn reflections(
         &self,
         unfolded: [DVec3; 2],
         images: [DVec3; 2],
-        number: u64,
         rays: &mut u64,
     ) -> Option<CurvedPath> {
-        let scene = self.scene;
         let shape = &self.surface.shape;
         let ends = [images[0], self.unfolded(images[1])];
         let points = [unfolded[0], self.unfolded(unfolded[1])];
-        let is_twice = self.bounces != Bounces::Once;
         let side = (ends[0] - unfolded[0])
             .dot(shape.normal(unfolded[0]))
             .signum();
@@ -312,11 +317,12 @@ impl Query<'_> {
             height_m * side >= CLEARANCE_M
         };
         let chord_m = unfolded[0].distance(unfolded[1]);
-        if !is_off(0) || !is_off(1) || is_twice && (side > 0.0 || chord_m < CLEARANCE_M) {
+        let is_impossible = self.is_twice() && (side > 0.0 || chord_m < CLEARANCE_M);
+        if !is_off(0) || !is_off(1) || is_impossible {
             return None;
         }
         let mirrored = [0, 1].map(|end| self.plane_point(end, images[end], points[end]));
-        let [before, after] = [mirrored[0]?, mirrored[1]?];
+        let turns = [mirrored[0]?, mirrored[1]?];
         let between = match self.bounces {
             Bounces::Twice(Some(plane)) => {
                 Some((plane, self.crossing(plane, points, unfolded[1])?))
@@ -327,20 +333,35 @@ impl Query<'_> {
         for (facet, point) in facets.iter_mut().zip(points) {
             *facet = self.facet_at(point, shape.normal(point), rays)?;
         }
-        let length_m = length_m(ends, unfolded);
-        let cosine = (ends[0] - unfolded[0]).normalize_or_zero();
-        let cosine = cosine.dot(side * shape.normal(unfolded[0]));
+        let incoming = (ends[0] - unfolded[0]).normalize_or_zero();
+        Some(CurvedPath {
+            images,
+            points,
+            unfolded,
+            facets,
+            side,
+            cosine: incoming.dot(side * shape.normal(unfolded[0])),
+            turns,
+            between,
+        })
+    }
+
+    /// The path over its reflections, if it is loud enough.
+    fn path(&self, over: &CurvedPath, number: u64) -> Option<Path> {
+        let (scene, points) = (self.scene, over.points);
+        let ends = [over.images[0], self.unfolded(over.images[1])];
+        let length_m = length_m(ends, over.unfolded);
         let wavenumbers = {
             let per_hz = std::f64::consts::TAU / scene.speed_of_sound_m_s();
             CENTRES_HZ.map(|hz| hz * per_hz)
         };
-        let mut amplitude = match is_twice {
-            true => twice::amplitude(self.surface, ends, unfolded, &wavenumbers),
+        let mut amplitude = match self.is_twice() {
+            true => twice::amplitude(self.surface, ends, over.unfolded, &wavenumbers),
             false => {
                 let at = CurvedPoint {
                     surface: self.surface,
                     point: points[0],
-                    normal: side * shape.normal(points[0]),
+                    normal: over.side * self.surface.shape.normal(points[0]),
                     from: ends[0],
                     to: ends[1],
                 };
@@ -348,11 +369,11 @@ impl Query<'_> {
             }
         };
         let steps = [
-            before.zip(self.planes[0]),
-            Some((points[0], facets[0])),
-            between.map(|(plane, at)| (at, plane)),
-            is_twice.then_some((points[1], facets[1])),
-            after.zip(self.planes[1]),
+            over.turns[0].zip(self.planes[0]),
+            Some((points[0], over.facets[0])),
+            over.between.map(|(plane, at)| (at, plane)),
+            self.is_twice().then_some((points[1], over.facets[1])),
+            over.turns[1].zip(self.planes[1]),
         ];
         let mut stops = [DVec3::ZERO; MAX_ORDER];
         let mut surfaces = [0; MAX_ORDER];
@@ -361,7 +382,8 @@ impl Query<'_> {
             (stops[order], surfaces[order]) = (at, surface);
             order += 1;
         }
-        self.absorb(&mut amplitude, &stops[..order], &surfaces, cosine, length_m);
+        let stops_met = &stops[..order];
+        self.absorb(&mut amplitude, stops_met, &surfaces, over.cosine, length_m);
         let bound = MIN_RELATIVE_AMPLITUDE / length_m as f32;
         if amplitude.iter().all(|a| a.abs() < bound) {
             return None;
@@ -372,7 +394,7 @@ impl Query<'_> {
         let along = interactions(self.index, self.planes, self.bounces);
         // Of the shortest path; several have the same interactions.
         let id = interaction_path_id(scene, self.endpoints.source.id, along);
-        let path = Path {
+        Some(Path {
             id: PathId(id.0.wrapping_add(number << 61)),
             source: self.endpoints.source.id,
             order: order as u8,
@@ -383,15 +405,11 @@ impl Query<'_> {
             image: scene.to_world(self.ends[1] + arrival * length_m),
             length_m: length_m as f32,
             amplitude,
-        };
-        let halfway = || 0.5 * (points[0] + points[1]);
-        Some(CurvedPath {
-            path,
-            points,
-            cosine,
-            turns: [before, after],
-            middle: is_twice.then(|| between.map_or_else(halfway, |(_, at)| at)),
         })
+    }
+
+    fn is_twice(&self) -> bool {
+        self.bounces != Bounces::Once
     }
 
     /// Whether nothing occludes a path.
@@ -414,11 +432,10 @@ impl Query<'_> {
             _ => NO_GROUP,
         };
         let mut reaches = |from, to| self.reaches(from, to, path.cosine, between, rays);
-        is_open
-            && path.middle.is_none_or(|middle| {
-                let [first, last] = path.points;
-                reaches(middle, first) && reaches(middle, last)
-            })
+        // Between both reflections: on the plane, or halfway without one.
+        let [first, last] = path.points;
+        let middle = path.between.map_or(0.5 * (first + last), |(_, at)| at);
+        is_open && (!self.is_twice() || reaches(middle, first) && reaches(middle, last))
     }
 
     /// The reflection point in a plane between two positions, of which the last one's image is given.

@@ -85,7 +85,8 @@ impl CurvedSequence {
         let mut points: Option<[DVec3; 2]> = None;
         let near = scene.to_local(last.points[self.step]);
         query.stationary_points(unfolded, Some(near), |found| points = Some(found));
-        let path = query.path(points?, images, self.number, &mut 0)?.path;
+        let reflections = query.reflections(points?, images, &mut 0)?;
+        let path = query.path(&reflections, self.number)?;
         Some(Path {
             id: PathId(last.id.0),
             ..path
