@@ -16,7 +16,7 @@ use crate::propagation::diffuse::{
     LateEstimate, LateEstimator, ListenerField, RayScratch, SceneField, SourceRays,
     VisibilityCells, stable_viewpoint,
 };
-use crate::propagation::image_source::image_path::{MARGIN_M, UnfoldedPath};
+use crate::propagation::image_source::image_path::MARGIN_M;
 use crate::propagation::image_source::nearby_gate::{
     MirrorEnergies, NearbyGate, RankedPath, keep_loudest,
 };
@@ -119,8 +119,6 @@ pub(super) struct Scratch {
     queue: ValidationQueue,
     /// Valid sequences by candidate index.
     valid: Vec<(u32, Sequence)>,
-    /// A nearby path.
-    unfolded: UnfoldedPath,
     /// Of nearby paths.
     ranks: Vec<RankedPath>,
 }
@@ -132,7 +130,6 @@ impl Scratch {
             rays: RayScratch::with_capacity(own),
             queue: ValidationQueue::default(),
             valid: Vec::new(),
-            unfolded: UnfoldedPath::default(),
             ranks: Vec::new(),
         }
     }
@@ -513,20 +510,16 @@ impl SourceTask {
     #[inline(never)]
     fn unfold(&mut self, query: &SourceQuery<'_>, scratch: &mut Scratch, length: usize) {
         let SourceQuery { context, ends, .. } = *query;
-        let (scene, unfolded) = (context.scene, &mut scratch.unfolded);
         let is_due = scratch.queue.unfold(
-            scene,
+            context.scene,
             &self.occluders,
             length,
             ends,
-            |batch, lane, sequence| {
-                if let Some(nearby_m) = context.nearby_m
-                    && unfolded.take(scene, sequence, batch, lane, nearby_m + MARGIN_M)
-                {
-                    let (gate, estimates) = (self.nearby_gate, &mut self.nearby_estimates);
-                    let path = query.nearby_path(sequence, unfolded, gate, estimates);
-                    self.nearby.extend(path);
-                }
+            MARGIN_M + context.nearby_m.unwrap_or(0.0),
+            |sequence, unfolded| {
+                let (gate, estimates) = (self.nearby_gate, &mut self.nearby_estimates);
+                let path = query.nearby_path(sequence, unfolded, gate, estimates);
+                self.nearby.extend(path);
             },
         );
         if is_due {

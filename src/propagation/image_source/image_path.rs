@@ -149,8 +149,9 @@ impl UnfoldedPath {
         self.targets[0]
     }
 
-    /// Loads a lane of an unfolded batch, which holds `sequence`. Returns whether the line meets all planes within
-    /// `margin_m` metres of the surfaces' bounds. Otherwise the value is partly overwritten.
+    /// Loads a lane of an unfolded batch, which holds `sequence`. Returns the largest distance in metres at which the line meets
+    /// the planes outside the surfaces' bounds. `None` where it misses one, or by more than `margin_m`, [`MARGIN_M`] or more; the
+    /// value is then partly overwritten.
     #[inline(always)]
     pub(crate) fn take(
         &mut self,
@@ -159,22 +160,29 @@ impl UnfoldedPath {
         batch: &SequenceBatch4,
         lane: usize,
         margin_m: f64,
-    ) -> bool {
+    ) -> Option<f64> {
         if !batch.meets_all(lane) {
-            return false;
+            return None;
         }
+        let mut farthest_m = 0.0;
         self.path.order = sequence.len().min(MAX_ORDER);
         for step in 0..self.path.order {
             let (index, point, target) = batch.step(lane, step);
             let surface = sequence.surface_at(index);
-            if !is_near_bounds(scene.surface(surface), point, margin_m) {
-                return false;
+            let outside_m = outside_bounds_m(scene.surface(surface), point);
+            if outside_m > margin_m {
+                return None;
             }
+            farthest_m = if outside_m > farthest_m {
+                outside_m
+            } else {
+                farthest_m
+            };
             self.path.surfaces[step] = surface;
             self.path.points[step] = point;
             self.targets[step] = target;
         }
-        true
+        Some(farthest_m)
     }
 
     /// Whether its points lie on their surfaces, not only within their bounds.
@@ -227,7 +235,7 @@ impl UnfoldedPath {
             }
             let surface = sequence.surface_at(index_of(taken));
             let point = vector(&line.from, 0);
-            if !is_near_bounds(scene.surface(surface), point, MARGIN_M)
+            if outside_bounds_m(scene.surface(surface), point) > MARGIN_M
                 || !scene.reflects_at(surface, point)
             {
                 return false;
@@ -239,18 +247,19 @@ impl UnfoldedPath {
     }
 }
 
-/// Whether a point of a surface's plane lies within `margin_m` metres of its bounds, seen along the surface's main axis. With
-/// [`MARGIN_M`] or more it holds for every point of the surface.
+/// Distance in metres of a point of a surface's plane outside the surface's bounds, along the axis across which it is the largest,
+/// without the surface's main axis. It is [`MARGIN_M`] or less for every point of the surface.
 #[inline]
-fn is_near_bounds(surface: &Surface, point: DVec3, margin_m: f64) -> bool {
-    let (low, high) = (surface.bounds_min, surface.bounds_max);
-    let within = |at: f64, low: f32, high: f32| {
-        at >= f64::from(low) - margin_m && at <= f64::from(high) + margin_m
-    };
-    let is_main = |along: f64| along.abs() == surface.normal.abs().max_element();
-    (within(point.x, low.x, high.x) || is_main(surface.normal.x))
-        && (within(point.y, low.y, high.y) || is_main(surface.normal.y))
-        && (within(point.z, low.z, high.z) || is_main(surface.normal.z))
+fn outside_bounds_m(surface: &Surface, point: DVec3) -> f64 {
+    let (low, high) = (surface.bounds_min.as_dvec3(), surface.bounds_max.as_dvec3());
+    let outside = (low - point).max(point - high);
+    let most_m = outside.max_element();
+    if most_m <= MARGIN_M {
+        return most_m;
+    }
+    let normal = surface.normal.abs();
+    let is_main = normal.cmpeq(DVec3::splat(normal.max_element()));
+    DVec3::select(is_main, DVec3::NEG_INFINITY, outside).max_element()
 }
 
 /// Whether nothing blocks the legs of a path. Adds the number of rays cast to `rays`.

@@ -221,7 +221,9 @@ mod tests {
                             (UnfoldedPath::default(), UnfoldedPath::default());
                         let line = [source, image];
                         let is_there = one.unfold(&scene, sequence, &precedence, line);
-                        let meets = taken.take(&scene, sequence, &batch, lane, MARGIN_M);
+                        let meets = taken
+                            .take(&scene, sequence, &batch, lane, MARGIN_M)
+                            .is_some();
                         assert_eq!(is_there, meets && taken.lies_on_surfaces(&scene));
                         if is_there {
                             assert_eq!(one.finish(&scene, line), taken.finish(&scene, line));

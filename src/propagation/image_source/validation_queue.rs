@@ -88,8 +88,9 @@ impl ValidationQueue {
         bucket.count == LANES
     }
 
-    /// Unfolds the queued sequences of one length. Calls `rejected` with each one without a path, as a lane of a batch.
-    /// Returns whether [`Self::validate`] is due. `ends` are source and listener, local coordinates.
+    /// Unfolds the queued sequences of one length. Calls `beside` with each one whose line meets its planes outside the surfaces'
+    /// bounds, within `margin_m` metres. Returns whether [`Self::validate`] is due. `ends` are source and listener, local
+    /// coordinates.
     #[inline(always)]
     pub(crate) fn unfold(
         &mut self,
@@ -97,7 +98,8 @@ impl ValidationQueue {
         occluders: &OccluderCache,
         length: usize,
         [source, listener]: [DVec3; 2],
-        mut rejected: impl FnMut(&SequenceBatch4, usize, &Sequence),
+        margin_m: f64,
+        mut beside: impl FnMut(&Sequence, &UnfoldedPath),
     ) -> bool {
         let Some(bucket) = self.buckets.get_mut(length.wrapping_sub(1)) else {
             return false;
@@ -113,14 +115,16 @@ impl ValidationQueue {
                 break;
             };
             let unfolded = &mut next.unfolded;
-            if unfolded.take(scene, sequence, &bucket.batch, lane, MARGIN_M) {
-                next.sequence = *sequence;
-                next.index = index;
-                next.hash = sequence.hash();
-                occluders.prefetch(next.hash);
-                self.count += 1;
-            } else {
-                rejected(&bucket.batch, lane, sequence);
+            match unfolded.take(scene, sequence, &bucket.batch, lane, margin_m) {
+                Some(outside_m) if outside_m <= MARGIN_M => {
+                    next.sequence = *sequence;
+                    next.index = index;
+                    next.hash = sequence.hash();
+                    occluders.prefetch(next.hash);
+                    self.count += 1;
+                }
+                Some(_) => beside(sequence, unfolded),
+                None => {}
             }
         }
         self.count >= BATCH

@@ -3,7 +3,8 @@
 //! Unfolded, a path is one straight line from the source to the listener's image, and every surface on it is an aperture that
 //! the line has to pass: the surface's bounds, mirrored in the surfaces before it. Images and apertures are the same for
 //! every source, and the test of a line against an aperture costs a few products. Where reflections commute, the order
-//! depends on the line; the aperture is then the hull of its images in all orders. Own. The cull is conservative: rounding
+//! depends on the line; the aperture is then the hull of its images in all orders, or, across an axis along which one plane
+//! mirrors, the bounds and their one image with the gap between them. Own. The cull is conservative: rounding
 //! is allowed for, and nothing is rejected that [`super::image_path::unfold`] accepts. For few sources the candidates are
 //! unfolded in double precision instead.
 
@@ -35,21 +36,30 @@ const MIN_DISTANCE_M: f64 = 1e-7;
 /// Value of an absent bound, in metres.
 const UNBOUNDED_M: f64 = 1e12;
 
+/// All bits of a number, and all but that of the sign.
+const ALL_BITS: u32 = u32::MAX;
+const WITHOUT_SIGN: u32 = u32::MAX >> 1;
+
 type Lanes = [f32; LANES];
 
 /// One aperture of each of eight sequences.
 ///
 /// With D the line from the image to the source, `q = nearness × normal · D` is the distance that D covers across the plane,
 /// in units of the image's distance from it and negative towards it. The source is beyond the plane where q is below −1. The
-/// point in the plane is the image plus D / −q.
+/// point in the plane is the image plus D / −q. Across an axis along which the aperture is mirrored, its distance from the mirror
+/// is tested instead of its coordinate.
 #[derive(Debug, Clone, Copy)]
 struct Aperture {
     normal: [Lanes; 3],
     /// Reciprocal of the image's signed distance from the plane.
     nearness: Lanes,
-    /// The image minus the lower bounds; unbounded along the surface's main axis.
+    /// The image minus the mirror; 0 without one.
+    mirror: [Lanes; 3],
+    /// The bits that give a distance from the mirror: [`WITHOUT_SIGN`] or, without one, [`ALL_BITS`].
+    bits: [[u32; LANES]; 3],
+    /// The image, or the mirror, minus the lower bounds; unbounded along the surface's main axis.
     low: [Lanes; 3],
-    /// The image minus the upper bounds.
+    /// The same with the upper bounds.
     high: [Lanes; 3],
     /// Bound of the rounding error, relative to the size of image and source; infinite where there is no aperture.
     slack: Lanes,
@@ -60,6 +70,8 @@ impl Aperture {
     const OPEN: Self = Self {
         normal: [[0.0; LANES]; 3],
         nearness: [0.0; LANES],
+        mirror: [[0.0; LANES]; 3],
+        bits: [[ALL_BITS; LANES]; 3],
         low: [[0.0; LANES]; 3],
         high: [[0.0; LANES]; 3],
         slack: [f32::INFINITY; LANES],
@@ -83,14 +95,25 @@ impl Aperture {
             let slack = self.slack[l] * size[l];
             // Where rounding blurs the source's side of the plane, every line passes.
             let slack = if slack < 0.5 { slack } else { f32::INFINITY };
+            let across = |axis: usize, at: f32| {
+                let beyond = at - self.mirror[axis][l] * q;
+                let beyond = f32::from_bits(beyond.to_bits() & self.bits[axis][l]);
+                [
+                    beyond - self.low[axis][l] * q,
+                    beyond - self.high[axis][l] * q,
+                ]
+            };
+            let [x_low, x_high] = across(0, x);
+            let [y_low, y_high] = across(1, y);
+            let [z_low, z_high] = across(2, z);
             let inside = |within: f32| {
                 (q + 1.0 <= slack)
-                    & (x - self.low[0][l] * q >= -within)
-                    & (x - self.high[0][l] * q <= within)
-                    & (y - self.low[1][l] * q >= -within)
-                    & (y - self.high[1][l] * q <= within)
-                    & (z - self.low[2][l] * q >= -within)
-                    & (z - self.high[2][l] * q <= within)
+                    & (x_low >= -within)
+                    & (x_high <= within)
+                    & (y_low >= -within)
+                    & (y_high <= within)
+                    & (z_low >= -within)
+                    & (z_high <= within)
             };
             // A border in the plane is −q of it along the line.
             passes[0][l] = u32::from(inside(slack + border_m * q)) << l;
@@ -102,7 +125,12 @@ impl Aperture {
             line[1][l] = y - twice * n[1];
             line[2][l] = z - twice * n[2];
         }
-        passes.map(|bits| bits.iter().fold(0, |all, bit| all | bit))
+        let mut lanes = [0; 2];
+        for l in 0..LANES {
+            lanes[0] |= passes[0][l];
+            lanes[1] |= passes[1][l];
+        }
+        lanes
     }
 
     /// Sets the lanes from `first` on to reflection `index` of a prepared batch. Lines may pass `margin_m` outside.
@@ -120,12 +148,17 @@ impl Aperture {
         let mut widest = [1.0f64; unfold_x4::LANES];
         for axis in 0..3 {
             for l in 0..unfold_x4::LANES {
-                let low = image[axis][l] - bounds.low[axis][l] + margin_m;
-                let high = image[axis][l] - bounds.high[axis][l] - margin_m;
+                let mirror =
+                    bounds.is_mirrored[axis][l] * (image[axis][l] - bounds.mirror[axis][l]);
+                let low = image[axis][l] - mirror - bounds.low[axis][l] + margin_m;
+                let high = image[axis][l] - mirror - bounds.high[axis][l] - margin_m;
                 self.normal[axis][first + l] = normal[axis][l] as f32;
+                self.mirror[axis][first + l] = mirror as f32;
+                self.bits[axis][first + l] = bounds.bits[axis][l];
                 self.low[axis][first + l] = low as f32;
                 self.high[axis][first + l] = high as f32;
-                widest[l] += bounds.is_bounded[axis][l] * (low.abs() + high.abs());
+                let size = low.abs() + high.abs() + mirror.abs();
+                widest[l] += bounds.is_bounded[axis][l] * size;
             }
         }
         for l in 0..unfold_x4::LANES {
@@ -142,6 +175,12 @@ impl Aperture {
 struct Bounds {
     low: [unfold_x4::Lanes; 3],
     high: [unfold_x4::Lanes; 3],
+    /// See [`Hull::mirror`]; 0 without one.
+    mirror: [unfold_x4::Lanes; 3],
+    /// 1 where there is a mirror, 0 otherwise.
+    is_mirrored: [unfold_x4::Lanes; 3],
+    /// See [`Aperture::bits`].
+    bits: [[u32; unfold_x4::LANES]; 3],
     /// 0 along the main axis, 1 otherwise.
     is_bounded: [unfold_x4::Lanes; 3],
 }
@@ -150,6 +189,9 @@ impl Bounds {
     const NONE: Self = Self {
         low: [[0.0; unfold_x4::LANES]; 3],
         high: [[0.0; unfold_x4::LANES]; 3],
+        mirror: [[0.0; unfold_x4::LANES]; 3],
+        is_mirrored: [[0.0; unfold_x4::LANES]; 3],
+        bits: [[ALL_BITS; unfold_x4::LANES]; 3],
         is_bounded: [[0.0; unfold_x4::LANES]; 3],
     };
 
@@ -165,34 +207,97 @@ impl Bounds {
         unordered: u8,
     ) {
         let lane = lane % unfold_x4::LANES;
-        let (low, high) = hull(scene, sequence, index, unordered);
-        let main = main_axis(scene.surface(sequence.surface_at(index)).normal);
-        let (low, high) = (low.to_array(), high.to_array());
-        for axis in 0..3 {
-            self.low[axis][lane] = low[axis];
-            self.high[axis][lane] = high[axis];
-            self.is_bounded[axis][lane] = 1.0;
+        let surface = scene.surface(sequence.surface_at(index));
+        let mut hull = Hull::of(surface);
+        if unordered != 0 {
+            hull.add_images(scene, sequence, index, unordered);
         }
-        self.low[main][lane] = -UNBOUNDED_M;
-        self.high[main][lane] = UNBOUNDED_M;
-        self.is_bounded[main][lane] = 0.0;
+        let main = main_axis(surface.normal);
+        hull.low[main] = -UNBOUNDED_M;
+        hull.high[main] = UNBOUNDED_M;
+        hull.mirror[main] = None;
+        for axis in 0..3 {
+            let mirror = hull.mirror[axis];
+            self.low[axis][lane] = hull.low[axis];
+            self.high[axis][lane] = hull.high[axis];
+            self.mirror[axis][lane] = mirror.unwrap_or(0.0);
+            (self.is_mirrored[axis][lane], self.bits[axis][lane]) = match mirror {
+                Some(_) => (1.0, WITHOUT_SIGN),
+                None => (0.0, ALL_BITS),
+            };
+            self.is_bounded[axis][lane] = f64::from(u8::from(axis != main));
+        }
     }
 }
 
-/// Hull of a surface's bounds and their images in the `unordered` reflections, with and without each of them.
-#[inline]
-fn hull(scene: &Scene, sequence: &Sequence, index: usize, unordered: u8) -> (DVec3, DVec3) {
-    let surfaces = sequence.surfaces();
-    let surface = scene.surface(surfaces[index]);
-    let (mut low, mut high) = (surface.bounds_min.as_dvec3(), surface.bounds_max.as_dvec3());
-    if unordered != 0 {
+/// Bounds of a surface and its images.
+struct Hull {
+    low: [f64; 3],
+    high: [f64; 3],
+    /// Coordinates of mirrors across the axes, behind which the image of these bounds is. The bounds are above them.
+    mirror: [Option<f64>; 3],
+}
+
+impl Hull {
+    fn of(surface: &Surface) -> Self {
+        Self {
+            low: surface.bounds_min.as_dvec3().to_array(),
+            high: surface.bounds_max.as_dvec3().to_array(),
+            mirror: [None; 3],
+        }
+    }
+
+    /// Adds the images in the `unordered` reflections, with and without each of them.
+    #[inline(never)]
+    fn add_images(&mut self, scene: &Scene, sequence: &Sequence, index: usize, unordered: u8) {
+        let surfaces = sequence.surfaces();
         for mirror in (index + 1..surfaces.len()).rev().chain(0..index) {
             if unordered >> mirror & 1 == 1 {
-                (low, high) = with_image(scene.surface(surfaces[mirror]), low, high);
+                self.add_image(scene.surface(surfaces[mirror]));
             }
         }
     }
-    (low, high)
+
+    fn add_image(&mut self, mirror: &Surface) {
+        let n = mirror.normal;
+        for axis in 0..3 {
+            if n[axis].abs() == 1.0 {
+                self.add_image_across(axis, mirror.offset_m * n[axis]);
+                return;
+            }
+        }
+        (0..3).for_each(|axis| self.fill(axis));
+        let (low, high) = (DVec3::from(self.low), DVec3::from(self.high));
+        let middle = mirror.mirror(0.5 * (low + high));
+        let half = 0.5 * (high - low);
+        // |1 − 2 n nᵀ| times the half lengths: the extent of the mirrored box along each axis.
+        let row = |axis: DVec3, along: f64| (axis - 2.0 * along * n).abs().dot(half);
+        let reach = DVec3::new(row(DVec3::X, n.x), row(DVec3::Y, n.y), row(DVec3::Z, n.z));
+        self.low = low.min(middle - reach).to_array();
+        self.high = high.max(middle + reach).to_array();
+    }
+
+    /// Adds the image in the plane of this coordinate.
+    fn add_image_across(&mut self, axis: usize, plane: f64) {
+        self.fill(axis);
+        let (low, high) = (self.low[axis], self.high[axis]);
+        let (image_low, image_high) = (2.0 * plane - high, 2.0 * plane - low);
+        if low >= plane {
+            self.mirror[axis] = Some(plane);
+        } else if high <= plane {
+            (self.low[axis], self.high[axis]) = (image_low, image_high);
+            self.mirror[axis] = Some(plane);
+        } else {
+            (self.low[axis], self.high[axis]) = (low.min(image_low), high.max(image_high));
+        }
+    }
+
+    /// Fills the gap between the bounds and their image across an axis.
+    fn fill(&mut self, axis: usize) {
+        if let Some(plane) = self.mirror[axis].take() {
+            self.low[axis] = 2.0 * plane - self.high[axis];
+        }
+    }
 }
 
 /// Index of the component of largest size.
@@ -206,27 +311,6 @@ fn main_axis(normal: DVec3) -> usize {
     } else {
         2
     }
-}
-
-/// Bounds of a box and its mirror image.
-#[inline]
-fn with_image(mirror: &Surface, mut low: DVec3, mut high: DVec3) -> (DVec3, DVec3) {
-    let n = mirror.normal;
-    for axis in 0..3 {
-        if n[axis].abs() == 1.0 {
-            let twice = 2.0 * mirror.offset_m * n[axis];
-            let (from, to) = (twice - high[axis], twice - low[axis]);
-            low[axis] = low[axis].min(from);
-            high[axis] = high[axis].max(to);
-            return (low, high);
-        }
-    }
-    let middle = mirror.mirror(0.5 * (low + high));
-    let half = 0.5 * (high - low);
-    // |1 − 2 n nᵀ| times the half lengths: the extent of the mirrored box along each axis.
-    let row = |axis: DVec3, along: f64| (axis - 2.0 * along * n).abs().dot(half);
-    let reach = DVec3::new(row(DVec3::X, n.x), row(DVec3::Y, n.y), row(DVec3::Z, n.z));
-    (low.min(middle - reach), high.max(middle + reach))
 }
 
 /// Up to eight sequences of one length with their apertures.
@@ -464,21 +548,20 @@ impl CandidateCull {
             return;
         }
         let lanes = indices.chunks(unfold_x4::LANES);
-        let unfolded = &mut self.unfolded;
+        let (unfolded, margin_m) = (&mut self.unfolded, MARGIN_M + batch.nearby_m);
         for (half, (batch, indices)) in batch.halves.iter_mut().zip(lanes).enumerate() {
             let sources = views.sources.iter().zip(views.gates);
             for ((source, gate), visible) in sources.zip(visible.chunks_mut(batches)) {
                 batch.unfold(length, *source);
                 for (lane, &index) in indices.iter().enumerate() {
                     let sequence = &sequences[index as usize];
-                    let mut meets =
-                        |margin_m| unfolded.take(scene, sequence, batch, lane, margin_m);
-                    let is_found = meets(MARGIN_M)
-                        || views.nearby_m.is_some_and(|m| meets(m + MARGIN_M)) && {
-                            let image = unfolded.listener_image();
-                            let reflected = views.energies.reflected(scene, sequence);
-                            gate.passes(reflected, source.distance_squared(image) as f32)
-                        };
+                    let outside_m = unfolded.take(scene, sequence, batch, lane, margin_m);
+                    let is_found = outside_m.is_some_and(|outside_m| {
+                        let image = unfolded.listener_image();
+                        let square_m2 = source.distance_squared(image) as f32;
+                        outside_m <= MARGIN_M
+                            || gate.passes(views.energies.reflected(scene, sequence), square_m2)
+                    });
                     visible[number] |= u8::from(is_found) << (half * unfold_x4::LANES + lane);
                 }
             }
