@@ -12,8 +12,15 @@ use crate::scene::{Scene, SourcePose};
 /// constant: a real source is not a point.
 pub fn free_field(scene: &Scene, distance_m: f64, min_distance_m: f64) -> BandArray {
     let spreading = (1.0 / distance_m.max(min_distance_m)) as f32;
-    let nepers = scene.air_np_per_m().map(|np| np * distance_m as f32);
-    exp_neg(&nepers).map(|value| value * spreading)
+    let mut nepers = *scene.air_np_per_m();
+    for value in &mut nepers {
+        *value *= distance_m as f32;
+    }
+    let mut amplitude = exp_neg(&nepers);
+    for value in &mut amplitude {
+        *value *= spreading;
+    }
+    amplitude
 }
 
 /// Amplitude of a reflected path: free field over its length, times each surface's reflection factor at the angle of

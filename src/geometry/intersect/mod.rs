@@ -142,12 +142,14 @@ impl LaneMask {
     /// The children of the lowest two lanes, the nearer first.
     #[inline(always)]
     pub(super) fn pair<const W: usize>(self, entries: &[u32; W]) -> [Child; 2] {
-        let rest = self.0 & self.0.wrapping_sub(1);
-        let [a, b] = [self.0, rest].map(|bits| {
-            let lane = bits.trailing_zeros() as usize;
-            let entry = entries[lane % W];
-            Child { lane, entry }
-        });
+        let mut children = [Child { lane: 0, entry: 0 }; 2];
+        let mut bits = self.0;
+        for child in &mut children {
+            child.lane = bits.trailing_zeros() as usize;
+            child.entry = entries[child.lane % W];
+            bits &= bits.wrapping_sub(1);
+        }
+        let [a, b] = children;
         if b.entry < a.entry { [b, a] } else { [a, b] }
     }
 }

@@ -8,11 +8,20 @@ use std::f64::consts::TAU;
 
 use glam::DVec2;
 
+use crate::simd::{LaneSet, kernel};
+
 /// Positions around the circle between which the slope's sign is compared: two stationary paths closer than this are missed,
 /// next to a caustic, where they are about to vanish.
 const SAMPLES: usize = 64;
 
-/// The angle between two of them.
+/// Positions that are computed at once, and room for all of them.
+const LANES: usize = 4;
+const SAMPLED: usize = SAMPLES + 1;
+
+/// One vector per lane.
+type Vectors<const N: usize> = [[f64; N]; 2];
+
+/// The angle between two positions.
 const STEP: f64 = TAU / SAMPLES as f64;
 
 /// Halvings of an interval at most, by the secant where it converges.
@@ -53,34 +62,44 @@ impl Circle {
         if count >= SAMPLES {
             return true;
         }
-        let turn = DVec2::from_angle(STEP);
-        let mut outward = DVec2::from_angle(STEP * (first + FIRST));
-        let mut before = self.slope_at(outward);
-        (0..count).any(|_| {
-            outward = turn.rotate(outward);
-            let after = self.slope_at(outward);
-            changes_sign(std::mem::replace(&mut before, after), after)
-        })
+        let mut slopes = [0.0; SAMPLED];
+        let slopes = self.sample(first, count, &mut slopes);
+        slopes.windows(2).any(|pair| changes_sign(pair[0], pair[1]))
     }
 
     /// Calls `found` with the angles of all stationary paths' first reflections.
     pub(super) fn stationary(&self, mut found: impl FnMut(f64)) {
         let angle = |index: usize| STEP * (index as f64 + FIRST);
-        // Each position is the one before, turned by a step.
-        let (mut outward, turn) = (DVec2::from_angle(angle(0)), DVec2::from_angle(STEP));
-        let mut before = self.slope_at(outward);
-        for index in 1..=SAMPLES {
-            outward = turn.rotate(outward);
-            let after = self.slope_at(outward);
-            if changes_sign(before, after) {
-                let ends = [(angle(index - 1), before), (angle(index), after)];
+        let mut slopes = [0.0; SAMPLED];
+        let slopes = self.sample(0.0, SAMPLES, &mut slopes);
+        for (index, pair) in slopes.windows(2).enumerate() {
+            if changes_sign(pair[0], pair[1]) {
+                let ends = [(angle(index), pair[0]), (angle(index + 1), pair[1])];
                 let root = root(|at| self.slope_at(DVec2::from_angle(at)), ends);
                 if let Some(root) = self.near(root) {
                     found(root);
                 }
             }
-            before = after;
         }
+    }
+
+    /// Slopes at a position, `first` steps from the first one, and at `count` positions after it.
+    fn sample<'a>(&self, first: f64, count: usize, slopes: &'a mut [f64; SAMPLED]) -> &'a [f64] {
+        let slopes = &mut slopes[..=count.min(SAMPLES)];
+        // Each position is the one before, turned by a step.
+        let mut outward = DVec2::from_angle(STEP * (first + FIRST));
+        let turn = DVec2::from_angle(STEP);
+        for slopes in slopes.chunks_mut(LANES) {
+            let mut positions = [[0.0; LANES]; 2];
+            for l in 0..LANES {
+                (positions[0][l], positions[1][l]) = (outward.x, outward.y);
+                outward = turn.rotate(outward);
+            }
+            let mut here = [0.0; LANES];
+            slopes_at(LaneSet::best(), self, &positions, &mut here);
+            slopes.copy_from_slice(&here[..slopes.len()]);
+        }
+        slopes
     }
 
     /// The stationary path near an angle, by Newton's method; none where it does not converge, such as where the direction to
@@ -101,37 +120,101 @@ impl Circle {
         (slope(angle).abs() < 1e-9).then_some(angle)
     }
 
-    /// Slope of a path's length with the angle of its last reflection, per radius; no number where a path that is reflected
-    /// twice does not arrive inside the circle.
-    #[inline]
     fn slope_at(&self, outward: DVec2) -> f64 {
-        match self.is_twice {
-            false => self.slope_over(self.from, outward),
-            true => {
-                let last = self.second(outward);
-                let is_inside = (last - self.to).dot(last) > 0.0;
-                let slope = self.slope_over(self.radius_m * outward, last / self.radius_m);
-                if is_inside { slope } else { f64::NAN }
-            }
-        }
-    }
-
-    /// The same for the leg from a position to the circle and the one to the end.
-    #[inline]
-    fn slope_over(&self, before: DVec2, outward: DVec2) -> f64 {
-        let (point, tangent) = (self.radius_m * outward, outward.perp());
-        let towards = (point - before).normalize_or_zero() + (point - self.to).normalize_or_zero();
-        tangent.dot(towards)
+        let [slope] = self.slopes(&[[outward.x], [outward.y]]);
+        slope
     }
 
     /// The second reflection of a path whose first one has a direction from the centre; no number for a path from outside.
-    #[inline]
     pub(super) fn second(&self, outward: DVec2) -> DVec2 {
-        let first = self.radius_m * outward;
-        let ray = (first - self.from).normalize_or_zero();
-        let cosine = ray.dot(outward);
-        let cosine = if cosine > 0.0 { cosine } else { f64::NAN };
-        first + 2.0 * self.radius_m * cosine * (ray - 2.0 * cosine * outward)
+        let [[x], [y]] = self.seconds(&[[outward.x], [outward.y]]);
+        DVec2::new(x, y)
+    }
+
+    /// Slope of a path's length with the angle of its last reflection, per radius, for each direction of the first one; no number
+    /// where a path that is reflected twice does not arrive inside the circle. Every lane does the same operations in the same
+    /// order.
+    #[inline(always)]
+    fn slopes<const N: usize>(&self, outward: &Vectors<N>) -> [f64; N] {
+        let from = [[self.from.x; N], [self.from.y; N]];
+        if !self.is_twice {
+            return self.slopes_over(&from, outward);
+        }
+        let (last, mut first, mut towards) = (self.seconds(outward), *outward, *outward);
+        for axis in 0..2 {
+            for l in 0..N {
+                first[axis][l] = self.radius_m * outward[axis][l];
+                towards[axis][l] = last[axis][l] / self.radius_m;
+            }
+        }
+        let mut slopes = self.slopes_over(&first, &towards);
+        for l in 0..N {
+            let [x, y] = [last[0][l], last[1][l]];
+            let is_inside = (x - self.to.x) * x + (y - self.to.y) * y > 0.0;
+            slopes[l] = if is_inside { slopes[l] } else { f64::NAN };
+        }
+        slopes
+    }
+
+    /// The same for the leg from a position to the circle and the one to the end.
+    #[inline(always)]
+    fn slopes_over<const N: usize>(&self, before: &Vectors<N>, outward: &Vectors<N>) -> [f64; N] {
+        let (mut incoming, mut outgoing) = (*outward, *outward);
+        for l in 0..N {
+            let [x, y] = [self.radius_m * outward[0][l], self.radius_m * outward[1][l]];
+            (incoming[0][l], incoming[1][l]) = (x - before[0][l], y - before[1][l]);
+            (outgoing[0][l], outgoing[1][l]) = (x - self.to.x, y - self.to.y);
+        }
+        normalize(&mut incoming);
+        normalize(&mut outgoing);
+        let mut slopes = [0.0; N];
+        for l in 0..N {
+            let x = incoming[0][l] + outgoing[0][l];
+            let y = incoming[1][l] + outgoing[1][l];
+            slopes[l] = -outward[1][l] * x + outward[0][l] * y;
+        }
+        slopes
+    }
+
+    /// [`Self::second`] in each lane.
+    #[inline(always)]
+    fn seconds<const N: usize>(&self, outward: &Vectors<N>) -> Vectors<N> {
+        let (mut first, mut ray) = (*outward, *outward);
+        for l in 0..N {
+            (first[0][l], first[1][l]) =
+                (self.radius_m * outward[0][l], self.radius_m * outward[1][l]);
+            (ray[0][l], ray[1][l]) = (first[0][l] - self.from.x, first[1][l] - self.from.y);
+        }
+        normalize(&mut ray);
+        for l in 0..N {
+            let cosine = ray[0][l] * outward[0][l] + ray[1][l] * outward[1][l];
+            let cosine = if cosine > 0.0 { cosine } else { f64::NAN };
+            for axis in 0..2 {
+                let chord = ray[axis][l] - 2.0 * cosine * outward[axis][l];
+                first[axis][l] += 2.0 * self.radius_m * cosine * chord;
+            }
+        }
+        first
+    }
+}
+
+/// Scales the vectors to the length 1; those that have no direction become 0.
+#[inline(always)]
+fn normalize<const N: usize>(vectors: &mut Vectors<N>) {
+    for l in 0..N {
+        let [x, y] = [vectors[0][l], vectors[1][l]];
+        let scale = 1.0 / (x * x + y * y).sqrt();
+        let is_finite = scale > 0.0 && scale < f64::INFINITY;
+        vectors[0][l] = if is_finite { x * scale } else { 0.0 };
+        vectors[1][l] = if is_finite { y * scale } else { 0.0 };
+    }
+}
+
+kernel! {
+    /// The slopes in these directions. Every product is rounded, so all machines give the same bits.
+    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
+    fn slopes_at<L>(circle: &Circle, outward: &Vectors<LANES>, slopes: &mut [f64; LANES]) {
+        *slopes = circle.slopes(outward);
     }
 }
 

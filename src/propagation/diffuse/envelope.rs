@@ -298,16 +298,19 @@ kernel! {
             }
         }
         for _ in 0..ROUNDS {
-            let before = *fitted;
+            let mut before = [L::splat(0.0); COLUMNS];
+            for q in 0..COLUMNS {
+                before[q] = L::load(&fitted[q]);
+            }
             for p in 0..COLUMNS {
-                let mut model = [f32::MIN_POSITIVE; BANDS];
+                let mut sum = L::splat(f32::MIN_POSITIVE);
                 for q in 0..COLUMNS {
-                    for b in 0..BANDS {
-                        model[b] += products[p][q][b] * before[q][b];
-                    }
+                    sum = sum.add(L::load(&products[p][q]).mul(before[q]));
                 }
+                let mut model = [0.0; BANDS];
+                sum.store(&mut model);
                 for b in 0..BANDS {
-                    fitted[p][b] = before[p][b] * (targets[p][b] / model[b]);
+                    fitted[p][b] *= targets[p][b] / model[b];
                 }
             }
         }

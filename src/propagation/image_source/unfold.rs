@@ -116,10 +116,14 @@ impl<const N: usize> Lines<N> {
     /// Lines from the source to the listener's images, with `count` reflections each.
     #[inline(always)]
     pub(crate) fn new(source: DVec3, image: Vectors<N>, before: [u64; N], count: usize) -> Self {
+        let mut own = before;
+        for bits in &mut own {
+            *bits |= OWN_BITS;
+        }
         Self {
-            from: source.to_array().map(|value| [value; N]),
+            from: [[source.x; N], [source.y; N], [source.z; N]],
             image,
-            before: before.map(|bits| bits | OWN_BITS),
+            before: own,
             remaining: [FIRST_BITS * ((1 << count) - 1); N],
             misses: [0; N],
         }

@@ -107,7 +107,11 @@ impl SequenceBatch4 {
     #[inline(always)]
     fn prepare_lanes<const COUNT: usize>(&mut self, listener: DVec3) {
         let (before, skew) = self.planes.precedence(COUNT);
-        let mut image = listener.to_array().map(|value| [value; LANES]);
+        let mut image = [
+            [listener.x; LANES],
+            [listener.y; LANES],
+            [listener.z; LANES],
+        ];
         for index in (0..COUNT).rev() {
             self.partial_image_m[index] = self.planes.mirror(index, &mut image);
             self.partial_image[index] = image;

@@ -1,6 +1,6 @@
 //! Validity and paths of a source's candidates.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::UpdateContext;
 use crate::acoustics::{BANDS, BandArray};
@@ -12,7 +12,7 @@ use crate::propagation::image_source::nearby_gate::NearbyGate;
 use crate::propagation::image_source::occluder_cache::{Occluder, OccluderCache};
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::validation_queue::Unvalidated;
-use crate::propagation::path::{MAX_DIFFRACTION_ORDER, Path};
+use crate::propagation::path::{MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use crate::scene::Scene;
 
 /// Shared input of the validation of a source's candidates.
@@ -89,6 +89,10 @@ impl SourceQuery<'_> {
         let path = unfolded.finish(scene, [source, unfolded.listener_image()]);
         let pose = &endpoints.source;
         let mut amplitude = amplitude(scene, &path, endpoints.min_distance_m);
+        let mut points = [Vec3::ZERO; MAX_ORDER];
+        for step in 0..path.order {
+            points[step] = scene.to_world(path.points[step]);
+        }
         let departure = (path.points[0] - source).as_vec3();
         amplitude::apply_directivity(&mut amplitude, pose, departure);
         Path {
@@ -98,7 +102,7 @@ impl SourceQuery<'_> {
             diffraction_order: 0,
             surfaces: path.surfaces,
             edges: [0; MAX_DIFFRACTION_ORDER],
-            points: path.points.map(|p| scene.to_world(p)),
+            points,
             image: scene.to_world(path.image),
             length_m: path.length_m as f32,
             amplitude,

@@ -115,7 +115,11 @@ pub(crate) struct BoxSpans8 {
 pub(crate) fn nearer_first<const CALLER: u8>(entered: LaneMask, spans: BoxSpans8) -> [Child; 2] {
     let mut entries = [0.0; 8];
     store8(&mut entries, spans.entry);
-    entered.pair(&entries.map(f32::to_bits))
+    let mut bits = [0; 8];
+    for lane in 0..8 {
+        bits[lane] = entries[lane].to_bits();
+    }
+    entered.pair(&bits)
 }
 
 /// 16-bit distance keys: the upper bits of the entry without its sign; the maximum for a box that the ray misses.
