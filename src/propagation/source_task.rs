@@ -518,8 +518,9 @@ impl SourceTask {
             MARGIN_M + context.nearby_m.unwrap_or(0.0),
             |sequence, unfolded| {
                 let (gate, estimates) = (self.nearby_gate, &mut self.nearby_estimates);
-                let path = query.nearby_path(sequence, unfolded, gate, estimates);
-                self.nearby.extend(path);
+                if let Some(path) = query.nearby_path(sequence, unfolded, gate, estimates) {
+                    self.nearby.push(path);
+                }
             },
         );
         if is_due {
@@ -541,8 +542,10 @@ impl SourceTask {
                     self.paths.push(path);
                 } else if query.context.nearby_m.is_some() {
                     let (gate, estimates) = (self.nearby_gate, &mut self.nearby_estimates);
-                    let path = query.nearby_path(sequence, &candidate.unfolded, gate, estimates);
-                    self.nearby.extend(path);
+                    let unfolded = &candidate.unfolded;
+                    if let Some(path) = query.nearby_path(sequence, unfolded, gate, estimates) {
+                        self.nearby.push(path);
+                    }
                 }
             });
     }

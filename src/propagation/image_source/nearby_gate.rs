@@ -8,6 +8,7 @@ use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::path::{Path, PathId};
 use crate::scene::Scene;
+use crate::simd::F32x8;
 
 /// Most nearby paths of a source.
 pub(crate) const MAX_NEARBY: usize = 128;
@@ -68,17 +69,16 @@ impl MirrorEnergies {
     /// Energy in all bands that a path of 1 m keeps at the surfaces of a sequence, about.
     #[inline]
     pub(crate) fn reflected(&self, scene: &Scene, sequence: &Sequence) -> f32 {
-        let mut energy = [1.0; BANDS];
+        let mut energy = F32x8([1.0; BANDS]);
         for surface in sequence.surfaces() {
             let material = scene.surface(*surface).material as usize;
             // An unknown material counts as the first one (`Scene::reflectance_of`).
             let known = self.by_material.get(material);
-            let share = known.or(self.by_material.first()).unwrap_or(&[0.0; BANDS]);
-            for b in 0..BANDS {
-                energy[b] *= share[b];
+            if let Some(share) = known.or(self.by_material.first()) {
+                energy = energy * F32x8(*share);
             }
         }
-        sum(&energy)
+        sum(&energy.0)
     }
 }
 

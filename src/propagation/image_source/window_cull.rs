@@ -77,16 +77,11 @@ impl Aperture {
         slack: [f32::INFINITY; LANES],
     };
 
-    /// Bitmasks of the lanes inside the aperture less `border_m` metres, and if `WITH_BORDER` of those inside the whole of it; mirrors
-    /// each line in its plane. `size` scales the rounding error.
+    /// Bitmask of the lanes inside the aperture less a border in metres; mirrors each line in its plane. `size` scales the rounding
+    /// error.
     #[inline(always)]
-    fn pass<const WITH_BORDER: bool>(
-        &self,
-        line: &mut [Lanes; 3],
-        size: &Lanes,
-        border_m: f32,
-    ) -> [u32; 2] {
-        let mut passes = [[0u32; LANES]; 2];
+    fn pass(&self, line: &mut [Lanes; 3], size: &Lanes, border_m: &Lanes) -> u32 {
+        let mut passes = [0u32; LANES];
         for l in 0..LANES {
             let [x, y, z] = [line[0][l], line[1][l], line[2][l]];
             let n = [self.normal[0][l], self.normal[1][l], self.normal[2][l]];
@@ -106,29 +101,24 @@ impl Aperture {
             let [x_low, x_high] = across(0, x);
             let [y_low, y_high] = across(1, y);
             let [z_low, z_high] = across(2, z);
-            let inside = |within: f32| {
-                (q + 1.0 <= slack)
-                    & (x_low >= -within)
-                    & (x_high <= within)
-                    & (y_low >= -within)
-                    & (y_high <= within)
-                    & (z_low >= -within)
-                    & (z_high <= within)
-            };
             // A border in the plane is −q of it along the line.
-            passes[0][l] = u32::from(inside(slack + border_m * q)) << l;
-            if WITH_BORDER {
-                passes[1][l] = u32::from(inside(slack)) << l;
-            }
+            let within = slack + border_m[l] * q;
+            let is_inside = (q + 1.0 <= slack)
+                & (x_low >= -within)
+                & (x_high <= within)
+                & (y_low >= -within)
+                & (y_high <= within)
+                & (z_low >= -within)
+                & (z_high <= within);
+            passes[l] = u32::from(is_inside) << l;
             let twice = 2.0 * along;
             line[0][l] = x - twice * n[0];
             line[1][l] = y - twice * n[1];
             line[2][l] = z - twice * n[2];
         }
-        let mut lanes = [0; 2];
-        for l in 0..LANES {
-            lanes[0] |= passes[0][l];
-            lanes[1] |= passes[1][l];
+        let mut lanes = 0;
+        for bits in passes {
+            lanes |= bits;
         }
         lanes
     }
@@ -154,7 +144,10 @@ impl Aperture {
                 let high = image[axis][l] - mirror - bounds.high[axis][l] - margin_m;
                 self.normal[axis][first + l] = normal[axis][l] as f32;
                 self.mirror[axis][first + l] = mirror as f32;
-                self.bits[axis][first + l] = bounds.bits[axis][l];
+                self.bits[axis][first + l] = match bounds.is_mirrored[axis][l] > 0.0 {
+                    true => WITHOUT_SIGN,
+                    false => ALL_BITS,
+                };
                 self.low[axis][first + l] = low as f32;
                 self.high[axis][first + l] = high as f32;
                 let size = low.abs() + high.abs() + mirror.abs();
@@ -179,8 +172,6 @@ struct Bounds {
     mirror: [unfold_x4::Lanes; 3],
     /// 1 where there is a mirror, 0 otherwise.
     is_mirrored: [unfold_x4::Lanes; 3],
-    /// See [`Aperture::bits`].
-    bits: [[u32; unfold_x4::LANES]; 3],
     /// 0 along the main axis, 1 otherwise.
     is_bounded: [unfold_x4::Lanes; 3],
 }
@@ -191,42 +182,46 @@ impl Bounds {
         high: [[0.0; unfold_x4::LANES]; 3],
         mirror: [[0.0; unfold_x4::LANES]; 3],
         is_mirrored: [[0.0; unfold_x4::LANES]; 3],
-        bits: [[ALL_BITS; unfold_x4::LANES]; 3],
         is_bounded: [[0.0; unfold_x4::LANES]; 3],
     };
 
-    /// Sets a lane to reflection `index` of a sequence. `unordered` is the mask of the reflections that may come on either
-    /// side of it.
+    /// Sets a lane to a surface's hull.
     #[inline(always)]
-    fn put(
-        &mut self,
-        scene: &Scene,
-        lane: usize,
-        sequence: &Sequence,
-        index: usize,
-        unordered: u8,
-    ) {
+    fn put(&mut self, lane: usize, surface: &Surface, hull: &Hull) {
         let lane = lane % unfold_x4::LANES;
-        let surface = scene.surface(sequence.surface_at(index));
-        let mut hull = Hull::of(surface);
-        if unordered != 0 {
-            hull.add_images(scene, sequence, index, unordered);
-        }
-        let main = main_axis(surface.normal);
-        hull.low[main] = -UNBOUNDED_M;
-        hull.high[main] = UNBOUNDED_M;
-        hull.mirror[main] = None;
         for axis in 0..3 {
-            let mirror = hull.mirror[axis];
             self.low[axis][lane] = hull.low[axis];
             self.high[axis][lane] = hull.high[axis];
-            self.mirror[axis][lane] = mirror.unwrap_or(0.0);
-            (self.is_mirrored[axis][lane], self.bits[axis][lane]) = match mirror {
-                Some(_) => (1.0, WITHOUT_SIGN),
-                None => (0.0, ALL_BITS),
-            };
-            self.is_bounded[axis][lane] = f64::from(u8::from(axis != main));
+            self.mirror[axis][lane] = hull.mirror[axis].unwrap_or(0.0);
+            self.is_mirrored[axis][lane] = f64::from(u8::from(hull.mirror[axis].is_some()));
+            self.is_bounded[axis][lane] = 1.0;
         }
+        let main = main_axis(surface.normal);
+        self.low[main][lane] = -UNBOUNDED_M;
+        self.high[main][lane] = UNBOUNDED_M;
+        self.is_mirrored[main][lane] = 0.0;
+        self.is_bounded[main][lane] = 0.0;
+    }
+}
+
+/// A plane as a mirror.
+#[derive(Clone, Copy)]
+enum Mirror<'a> {
+    /// Across an axis, at a coordinate.
+    Across(usize, f64),
+    Oblique(&'a Surface),
+}
+
+impl<'a> Mirror<'a> {
+    #[inline(always)]
+    fn of(surface: &'a Surface) -> Self {
+        let n = surface.normal;
+        for axis in 0..3 {
+            if n[axis].abs() == 1.0 {
+                return Self::Across(axis, surface.offset_m * n[axis]);
+            }
+        }
+        Self::Oblique(surface)
     }
 }
 
@@ -239,6 +234,7 @@ struct Hull {
 }
 
 impl Hull {
+    #[inline(always)]
     fn of(surface: &Surface) -> Self {
         Self {
             low: surface.bounds_min.as_dvec3().to_array(),
@@ -247,25 +243,33 @@ impl Hull {
         }
     }
 
-    /// Adds the images in the `unordered` reflections, with and without each of them.
-    #[inline(never)]
-    fn add_images(&mut self, scene: &Scene, sequence: &Sequence, index: usize, unordered: u8) {
-        let surfaces = sequence.surfaces();
-        for mirror in (index + 1..surfaces.len()).rev().chain(0..index) {
-            if unordered >> mirror & 1 == 1 {
-                self.add_image(scene.surface(surfaces[mirror]));
-            }
+    /// Adds the images in the `unordered` ones of a sequence's mirrors, with and without each of them: those after the surface
+    /// number `index`, the last one first, and those before it.
+    #[inline(always)]
+    fn add_images(&mut self, mirrors: &[Mirror<'_>; MAX_ORDER], index: usize, unordered: u8) {
+        let mut earlier = unordered & ((1 << index) - 1);
+        let mut later = unordered ^ earlier;
+        while later != 0 {
+            let last = later.ilog2() as usize;
+            self.add_image(mirrors[last % MAX_ORDER]);
+            later ^= 1 << last;
+        }
+        while earlier != 0 {
+            self.add_image(mirrors[earlier.trailing_zeros() as usize % MAX_ORDER]);
+            earlier &= earlier - 1;
         }
     }
 
-    fn add_image(&mut self, mirror: &Surface) {
-        let n = mirror.normal;
-        for axis in 0..3 {
-            if n[axis].abs() == 1.0 {
-                self.add_image_across(axis, mirror.offset_m * n[axis]);
-                return;
-            }
+    #[inline(always)]
+    fn add_image(&mut self, mirror: Mirror<'_>) {
+        match mirror {
+            Mirror::Across(axis, plane) => self.add_image_across(axis % 3, plane),
+            Mirror::Oblique(surface) => self.add_oblique_image(surface),
         }
+    }
+
+    fn add_oblique_image(&mut self, mirror: &Surface) {
+        let n = mirror.normal;
         (0..3).for_each(|axis| self.fill(axis));
         let (low, high) = (DVec3::from(self.low), DVec3::from(self.high));
         let middle = mirror.mirror(0.5 * (low + high));
@@ -278,6 +282,7 @@ impl Hull {
     }
 
     /// Adds the image in the plane of this coordinate.
+    #[inline(always)]
     fn add_image_across(&mut self, axis: usize, plane: f64) {
         self.fill(axis);
         let (low, high) = (self.low[axis], self.high[axis]);
@@ -293,6 +298,7 @@ impl Hull {
     }
 
     /// Fills the gap between the bounds and their image across an axis.
+    #[inline(always)]
     fn fill(&mut self, axis: usize) {
         if let Some(plane) = self.mirror[axis].take() {
             self.low[axis] = 2.0 * plane - self.high[axis];
@@ -369,10 +375,17 @@ impl CullBatch8 {
         for (lane, &index) in indices.iter().enumerate() {
             let half = lane / unfold_x4::LANES % 2;
             let unordered = self.halves[half].precedence(lane, self.length).unordered();
-            let steps = self.bounds.iter_mut().zip(unordered).take(self.length);
             let sequence = &sequences[index as usize];
-            for (step, (bounds, unordered)) in steps.enumerate() {
-                bounds[half].put(scene, lane, sequence, step, unordered);
+            let surfaces = sequence.surfaces();
+            let mut mirrors = [Mirror::Across(0, 0.0); MAX_ORDER];
+            for (mirror, &surface) in mirrors.iter_mut().zip(surfaces) {
+                *mirror = Mirror::of(scene.surface(surface));
+            }
+            for (step, &surface) in surfaces.iter().enumerate().take(MAX_ORDER) {
+                let surface = scene.surface(surface);
+                let mut hull = Hull::of(surface);
+                hull.add_images(&mirrors, step, unordered[step]);
+                self.bounds[step][half].put(lane, surface, &hull);
             }
             if self.nearby_m > 0.0 {
                 self.reflected[lane % LANES] = energies.reflected(scene, sequence);
@@ -412,40 +425,25 @@ impl CullBatch8 {
             }
             size[l] = self.size[l] + source_size;
         }
-        let mut loud = 0;
-        if self.nearby_m == 0.0 {
-            return self.inside::<false>([self.filled, 0], line, &size);
+        // Nearby paths that pass the gate may be outside of their surfaces' bounds, others not.
+        let mut border_m = [0.0; LANES];
+        if self.nearby_m > 0.0 {
+            for l in 0..LANES {
+                let [x, y, z] = [line[0][l], line[1][l], line[2][l]];
+                border_m[l] = match gate.passes(self.reflected[l], x * x + y * y + z * z) {
+                    true => 0.0,
+                    false => self.nearby_m as f32,
+                };
+            }
         }
-        for l in 0..LANES {
-            let [x, y, z] = [line[0][l], line[1][l], line[2][l]];
-            let passes = gate.passes(self.reflected[l], x * x + y * y + z * z);
-            loud |= u32::from(passes) << l;
-        }
-        match self.filled & loud {
-            0 => self.inside::<false>([self.filled, 0], line, &size),
-            loud => self.inside::<true>([self.filled, loud], line, &size),
-        }
-    }
-
-    /// Bitmask of the lanes of the first mask whose lines are inside all apertures less the distance of nearby paths, and of those of
-    /// the second, if `WITH_BORDER`, whose lines are inside the whole of them.
-    #[inline(always)]
-    fn inside<const WITH_BORDER: bool>(
-        &self,
-        lanes: [u32; 2],
-        mut line: [Lanes; 3],
-        size: &Lanes,
-    ) -> u32 {
-        let [mut inner, mut outer] = lanes;
+        let mut inside = self.filled;
         for aperture in &self.apertures[..self.length] {
-            if inner | outer == 0 {
+            if inside == 0 {
                 break;
             }
-            let [within, beside] =
-                aperture.pass::<WITH_BORDER>(&mut line, size, self.nearby_m as f32);
-            (inner, outer) = (inner & within, outer & beside);
+            inside &= aperture.pass(&mut line, &size, &border_m);
         }
-        inner | outer
+        inside
     }
 }
 

@@ -90,8 +90,8 @@ impl SourceQuery<'_> {
         let pose = &endpoints.source;
         let mut amplitude = amplitude(scene, &path, endpoints.min_distance_m);
         let mut points = [Vec3::ZERO; MAX_ORDER];
-        for step in 0..path.order {
-            points[step] = scene.to_world(path.points[step]);
+        for (point, local) in points.iter_mut().zip(path.points) {
+            *point = scene.to_world(local);
         }
         let departure = (path.points[0] - source).as_vec3();
         amplitude::apply_directivity(&mut amplitude, pose, departure);
