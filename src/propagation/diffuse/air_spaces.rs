@@ -153,10 +153,8 @@ impl SurfaceSamples {
         rays: &mut u64,
     ) -> Option<usize> {
         let (point, normal) = (ray.at(hit.t), facing(scene, hit.group, ray.direction));
-        let mut tried = [usize::MAX; MAX_TRIES];
         let mut origin = None;
-        for attempt in 0..MAX_TRIES {
-            let found = self.search.nearest(point, normal, &tried[..attempt])?;
+        for found in self.search.nearest::<MAX_TRIES>(point, normal) {
             if is_known(found) {
                 return Some(found);
             }
@@ -171,7 +169,6 @@ impl SurfaceSamples {
             if !scene.is_statically_blocked(&leg, [NO_GROUP; 2]) {
                 return Some(found);
             }
-            tried[attempt] = found;
         }
         None
     }

@@ -80,17 +80,15 @@ impl SurfaceSamples {
             if sample.patch != NO_PATCH || sample.is_in_gap() {
                 continue;
             }
-            let mut tried = [index; 2 * MAX_TRIES];
-            for attempt in 1..tried.len() {
-                let without = &tried[..attempt];
-                let found = self.search.nearest(sample.point, sample.normal, without);
-                let Some(found) = found else { break };
+            let (point, normal) = (sample.point, sample.normal);
+            let nearest = self.search.nearest::<{ 2 * MAX_TRIES }>(point, normal);
+            let others = nearest.filter(|found| *found != index);
+            for found in others.take(2 * MAX_TRIES - 1) {
                 let other = &self.all[found];
                 if other.patch != NO_PATCH && sees(scene, sample, other, rays) {
                     joined.push((index, other.patch));
                     break;
                 }
-                tried[attempt] = found;
             }
         }
         for (index, patch) in &joined {

@@ -88,19 +88,50 @@ impl Bounds {
 
 /// What is searched for.
 #[derive(Debug)]
-struct Query<'a> {
+struct Query {
     point: [f32; 3],
     normal: [f32; 3],
     turn_m2: f32,
-    /// Samples that do not count.
-    without: &'a [usize],
 }
 
-/// Cost and index of the best sample so far.
+/// Cost and index of a sample.
 #[derive(Debug, Clone, Copy)]
-struct Best {
+struct Nearest {
     cost: f32,
     index: usize,
+}
+
+impl Nearest {
+    const NONE: Self = Self {
+        cost: f32::INFINITY,
+        index: usize::MAX,
+    };
+
+    /// Inserts it into the nearest samples so far, the nearest first, of equal ones that of the lowest index.
+    #[inline(always)]
+    fn insert(self, nearest: &mut [Self]) {
+        let is_after = |other: &Self| {
+            other.cost > self.cost || other.cost == self.cost && other.index > self.index
+        };
+        let mut at = nearest.len();
+        while at > 0 && is_after(&nearest[at - 1]) {
+            at -= 1;
+        }
+        // A block may have the same sample twice.
+        let is_there = at > 0 && nearest[at - 1].index == self.index;
+        if at < nearest.len() && !is_there {
+            for later in (at + 1..nearest.len()).rev() {
+                nearest[later] = nearest[later - 1];
+            }
+            nearest[at] = self;
+        }
+    }
+}
+
+/// The largest cost of the nearest samples so far.
+#[inline(always)]
+fn most(nearest: &[Nearest]) -> f32 {
+    nearest.last().map_or(f32::NEG_INFINITY, |last| last.cost)
 }
 
 /// Samples in a tree of three levels.
@@ -151,33 +182,34 @@ impl SampleSearch {
         search
     }
 
-    /// The sample nearest to a point with a normal, without those of a list; the first one of several.
-    pub(crate) fn nearest(&self, point: Vec3, normal: Vec3, without: &[usize]) -> Option<usize> {
+    /// The `N` samples nearest to a point with a normal, the nearest first, of several the first one; fewer if there are no more.
+    pub(crate) fn nearest<const N: usize>(
+        &self,
+        point: Vec3,
+        normal: Vec3,
+    ) -> impl Iterator<Item = usize> + use<N> {
         let query = Query {
             point: point.to_array(),
             normal: normal.to_array(),
             turn_m2: self.turn_m2,
-            without,
         };
-        let mut best = Best {
-            cost: f32::INFINITY,
-            index: usize::MAX,
-        };
-        search(LaneSet::best(), self, &query, &mut best);
-        (best.index != usize::MAX).then_some(best.index)
+        let mut nearest = [Nearest::NONE; N];
+        search(LaneSet::best(), self, &query, &mut nearest);
+        let found = nearest.into_iter().map(|nearest| nearest.index);
+        found.take_while(|index| *index != usize::MAX)
     }
 
-    /// Compares the samples below a root with the best one.
+    /// Compares the samples below a root with the nearest ones.
     #[inline(always)]
-    fn search_root(&self, number: usize, query: &Query<'_>, best: &mut Best) {
-        let (costs, mask) = self.roots[number].costs(query, best.cost);
+    fn search_root(&self, number: usize, query: &Query, nearest: &mut [Nearest]) {
+        let (costs, mask) = self.roots[number].costs(query, most(nearest));
         let mut left = NearestFirst::of(&costs, mask);
-        while let Some(child) = left.next(&costs, best.cost) {
+        while let Some(child) = left.next(&costs, most(nearest)) {
             let group = number * LANES + child;
-            let (costs, mask) = self.groups[group].costs(query, best.cost);
+            let (costs, mask) = self.groups[group].costs(query, most(nearest));
             let mut left = NearestFirst::of(&costs, mask);
-            while let Some(child) = left.next(&costs, best.cost) {
-                self.blocks[group * LANES + child].search(query, best);
+            while let Some(child) = left.next(&costs, most(nearest)) {
+                self.blocks[group * LANES + child].search(query, nearest);
             }
         }
     }
@@ -223,35 +255,33 @@ impl NearestFirst {
 
 impl Block {
     #[inline(always)]
-    fn search(&self, query: &Query<'_>, best: &mut Best) {
+    fn search(&self, query: &Query, nearest: &mut [Nearest]) {
         let ([x, y, z], [nx, ny, nz]) = (query.point, query.normal);
         let c = &self.columns;
         let (mut cost, mut mask) = ([0.0f32; LANES], [0u32; LANES]);
+        let most = most(nearest);
         for l in 0..LANES {
             let (dx, dy, dz) = (c[0][l] - x, c[1][l] - y, c[2][l] - z);
             let cosine = c[3][l] * nx + c[4][l] * ny + c[5][l] * nz;
             cost[l] = dx * dx + dy * dy + dz * dz + query.turn_m2 * (1.0 - cosine);
-            mask[l] = u32::from(cost[l] <= best.cost) << l;
+            mask[l] = u32::from(cost[l] <= most) << l;
         }
         let mut left = mask.iter().fold(0, |all, bit| all | bit);
         while left != 0 {
             let lane = left.trailing_zeros() as usize % LANES;
             left &= left - 1;
             let (cost, index) = (cost[lane], self.index[lane] as usize);
-            let is_better = cost < best.cost || cost == best.cost && index < best.index;
-            if is_better && !query.without.contains(&index) {
-                *best = Best { cost, index };
-            }
+            Nearest { cost, index }.insert(nearest);
         }
     }
 }
 
 kernel! {
-    /// Compares all samples with the best one. No fused products: all machines give the same bits.
+    /// Compares all samples with the nearest ones. No fused products: all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
-    fn search<L>(tree: &SampleSearch, query: &Query<'_>, best: &mut Best) {
+    fn search<L>(tree: &SampleSearch, query: &Query, nearest: &mut [Nearest]) {
         for root in 0..tree.roots.len() {
-            tree.search_root(root, query, best);
+            tree.search_root(root, query, nearest);
         }
     }
 }
@@ -315,13 +345,12 @@ mod tests {
                     let cosine = m.x * normal.x + m.y * normal.y + m.z * normal.z;
                     d.x * d.x + d.y * d.y + d.z * d.z + turn_m2 * (1.0 - cosine)
                 };
-                let mut without = Vec::new();
-                for _ in 0..4 {
-                    let others = (0..samples.len()).filter(|index| !without.contains(index));
-                    let least = others.min_by(|a, b| cost(*a).total_cmp(&cost(*b)));
-                    assert_eq!(search.nearest(point, normal, &without), least, "{count}");
-                    without.extend(least);
-                }
+                let mut sorted: Vec<usize> = (0..samples.len()).collect();
+                sorted.sort_by(|a, b| cost(*a).total_cmp(&cost(*b)));
+                let first = search.nearest::<1>(point, normal);
+                assert!(first.eq(sorted.iter().take(1).copied()), "{count}");
+                let first = search.nearest::<4>(point, normal);
+                assert!(first.eq(sorted.iter().take(4).copied()), "{count}");
             }
         }
     }
@@ -330,10 +359,8 @@ mod tests {
     fn what_is_no_number_has_no_nearest_sample() {
         let samples = [(Vec3::ZERO, Vec3::X); 9];
         let search = SampleSearch::new(&samples, 1.0);
-        assert_eq!(search.nearest(Vec3::NAN, Vec3::X, &[]), None);
-        assert_eq!(
-            SampleSearch::default().nearest(Vec3::ONE, Vec3::X, &[]),
-            None
-        );
+        assert_eq!(search.nearest::<4>(Vec3::NAN, Vec3::X).next(), None);
+        let none = SampleSearch::default();
+        assert_eq!(none.nearest::<4>(Vec3::ONE, Vec3::X).next(), None);
     }
 }

@@ -246,7 +246,7 @@ impl SurfaceSamples {
 
     /// Whether sound that hits a point of a surface with a normal leaves the field.
     pub(crate) fn is_left_at(&self, point: Vec3, normal: Vec3) -> bool {
-        let nearest = self.search.nearest(point, normal, &[]);
+        let nearest = self.search.nearest::<1>(point, normal).next();
         nearest.is_some_and(|nearest| self.is_beyond(&self.all[nearest], point))
     }
 
@@ -265,10 +265,9 @@ impl SurfaceSamples {
         normal: Vec3,
         rays: &mut u64,
     ) -> Option<usize> {
-        let mut tried = [usize::MAX; MAX_TRIES];
         let mut origin = None;
-        for attempt in 0..MAX_TRIES {
-            let found = self.search.nearest(point, normal, &tried[..attempt])?;
+        let nearest = self.search.nearest::<MAX_TRIES>(point, normal);
+        for (attempt, found) in nearest.enumerate() {
             let sample = &self.all[found];
             if attempt == 0 && self.is_beyond(sample, point) {
                 return None;
@@ -286,7 +285,6 @@ impl SurfaceSamples {
                     return Some(found);
                 }
             }
-            tried[attempt] = found;
         }
         None
     }
