@@ -75,7 +75,7 @@ impl MirrorEnergies {
             // An unknown material counts as the first one (`Scene::reflectance_of`).
             let known = self.by_material.get(material);
             if let Some(share) = known.or(self.by_material.first()) {
-                energy = energy * F32x8(*share);
+                energy *= F32x8(*share);
             }
         }
         sum(&energy.0)

@@ -120,25 +120,24 @@ impl Edge {
         self.origin + self.direction * along_m
     }
 
+    /// Position of a point along the edge, in metres from its origin, and its distance from the edge's line.
+    #[inline]
+    fn along_and_across_m(&self, point: DVec3) -> (f64, f64) {
+        let out = point - self.origin;
+        let along = out.dot(self.direction);
+        (along, (out - along * self.direction).length())
+    }
+
     /// Position along the edge, in metres from its origin, of the shortest path between two points: the straight line after
     /// rotating both half-planes into one.
     pub fn apex_m(&self, from: DVec3, to: DVec3) -> f64 {
-        let [(a, near), (b, far)] = [from, to].map(|p| {
-            let out = p - self.origin;
-            let along = out.dot(self.direction);
-            (along, (out - along * self.direction).length())
-        });
-        apex_m((a, near), (b, far))
+        apex_m(self.along_and_across_m(from), self.along_and_across_m(to))
     }
 
     /// [`EdgeCrossing::rank_m`] of the shortest path between two points over the edge, if it is not above `most_m` and
     /// [`Self::crossing`] exists: without its angles, since most are too long.
     pub fn crossing_rank_m(&self, from: DVec3, to: DVec3, most_m: f64) -> Option<f64> {
-        let [(a, near), (b, far)] = [from, to].map(|p| {
-            let out = p - self.origin;
-            let along = out.dot(self.direction);
-            (along, (out - along * self.direction).length())
-        });
+        let ((a, near), (b, far)) = (self.along_and_across_m(from), self.along_and_across_m(to));
         let (along_m, across_m) = (b - a, near + far);
         // Lower bound except for rounding.
         let least_m2 = along_m * along_m + across_m * across_m;
@@ -159,19 +158,14 @@ impl Edge {
 
     /// Lower bound of the length of a path between two points over the edge's line, with a margin for rounding.
     pub fn min_path_length_m(&self, from: DVec3, to: DVec3) -> f64 {
-        let [(a, near), (b, far)] = [from, to].map(|p| {
-            let out = p - self.origin;
-            let along = out.dot(self.direction);
-            (along, (out - along * self.direction).length())
-        });
+        let ((a, near), (b, far)) = (self.along_and_across_m(from), self.along_and_across_m(to));
         let (along, across) = (b - a, near + far);
         (along * along + across * across).sqrt() * (1.0 - LENGTH_ROUNDING)
     }
 
     /// Distance in metres of a point from the edge's line.
     pub fn line_distance_m(&self, point: DVec3) -> f64 {
-        let out = point - self.origin;
-        (out - out.dot(self.direction) * self.direction).length()
+        self.along_and_across_m(point).1
     }
 
     /// Whether a point has an angle around the edge ([`Self::angle_of`]), mostly without computing it.
