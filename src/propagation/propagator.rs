@@ -436,13 +436,18 @@ impl Propagator {
             gates: &self.gates,
             energies: &self.energies,
         };
-        workers.for_each(&mut self.candidates, |index, candidates| {
-            let range = share_range(index, sequences.len());
-            let share = &sequences[range.clone()];
-            if !workers.is_interrupted() {
-                candidates.cull(scene, share, range.start, &views);
-            }
-        });
+        workers.for_both(
+            (&mut self.candidates, &mut [(); 0]),
+            &mut self.scratch,
+            |index, candidates, scratch| {
+                let range = share_range(index, sequences.len());
+                let share = &sequences[range.clone()];
+                if !workers.is_interrupted() {
+                    candidates.cull(scene, share, range.start, &views, &mut scratch.cull);
+                }
+            },
+            |_, (), _| (),
+        );
         let context = ReflectionContext {
             update: context,
             guide: &self.guide,

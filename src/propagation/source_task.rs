@@ -25,7 +25,7 @@ use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::image_source::valid_cache::ValidCache;
 use crate::propagation::image_source::validation_queue::ValidationQueue;
-use crate::propagation::image_source::window_cull::CandidateCull;
+use crate::propagation::image_source::window_cull::{CandidateCull, CullScratch};
 use crate::propagation::quality_level::PropagationQuality;
 use crate::propagation::rays::directions::{ROTATIONS, lattice_of, rotation};
 use crate::propagation::update_scope::UpdateScope;
@@ -116,6 +116,7 @@ pub(super) struct ReflectionContext<'a> {
 pub(super) struct Scratch {
     /// Also the present source's own sequences.
     rays: RayScratch,
+    pub(super) cull: CullScratch,
     queue: ValidationQueue,
     /// Valid sequences by candidate index.
     valid: Vec<(u32, Sequence)>,
@@ -128,6 +129,7 @@ impl Scratch {
         let own = settings.source_rays as usize * settings.depth.max(1) + settings.cache_capacity;
         Self {
             rays: RayScratch::with_capacity(own),
+            cull: CullScratch::default(),
             queue: ValidationQueue::default(),
             valid: Vec::new(),
             ranks: Vec::new(),

@@ -447,6 +447,22 @@ impl CullBatch8 {
     }
 }
 
+/// Per-thread scratch, reused across shares.
+#[derive(Debug)]
+pub(crate) struct CullScratch {
+    batch: CullBatch8,
+    unfolded: UnfoldedPath,
+}
+
+impl Default for CullScratch {
+    fn default() -> Self {
+        Self {
+            batch: CullBatch8::EMPTY,
+            unfolded: UnfoldedPath::default(),
+        }
+    }
+}
+
 /// A share of the candidate sequences, culled for every source. Aligned to two cache lines: threads work on neighbouring
 /// shares.
 #[derive(Debug)]
@@ -455,8 +471,6 @@ pub(crate) struct CandidateCull {
     /// Index of the share's first sequence among all.
     first: usize,
     capacity: usize,
-    batch: CullBatch8,
-    unfolded: UnfoldedPath,
     /// For each batch its sequences, counted from [`Self::first`].
     indices: Vec<[u32; LANES]>,
     /// Masks of the sequences that may have a path, by source and then by batch.
@@ -481,8 +495,6 @@ impl CandidateCull {
         Self {
             first: 0,
             capacity,
-            batch: CullBatch8::EMPTY,
-            unfolded: UnfoldedPath::default(),
             indices: Vec::with_capacity(capacity.div_ceil(LANES) + MAX_ORDER),
             visible: Vec::new(),
         }
@@ -496,6 +508,7 @@ impl CandidateCull {
         sequences: &[Sequence],
         first: usize,
         views: &CullViews<'_>,
+        scratch: &mut CullScratch,
     ) {
         self.first = first;
         self.indices.clear();
@@ -509,7 +522,7 @@ impl CandidateCull {
         let most = (self.capacity.div_ceil(LANES) + MAX_ORDER) * views.sources.len();
         self.visible.reserve(most);
         self.visible.resize(batches * views.sources.len(), 0);
-        self.batch.nearby_m = views.nearby_m.unwrap_or(0.0);
+        scratch.batch.nearby_m = views.nearby_m.unwrap_or(0.0);
         for length in 1..=MAX_ORDER {
             let of_length = |(_, sequence): &(u32, &Sequence)| sequence.len() == length;
             let mut all = (0..).zip(sequences).filter(of_length);
@@ -522,7 +535,8 @@ impl CandidateCull {
                 if count == 0 {
                     break;
                 }
-                self.cull_batch(scene, sequences, &indices[..count], views, batches);
+                let filled = &indices[..count];
+                self.cull_batch(scene, sequences, filled, (views, batches), scratch);
                 self.indices.push(indices);
             }
         }
@@ -534,10 +548,10 @@ impl CandidateCull {
         scene: &Scene,
         sequences: &[Sequence],
         indices: &[u32],
-        views: &CullViews<'_>,
-        batches: usize,
+        (views, batches): (&CullViews<'_>, usize),
+        CullScratch { batch, unfolded }: &mut CullScratch,
     ) {
-        let (batch, visible, number) = (&mut self.batch, &mut self.visible, self.indices.len());
+        let (visible, number) = (&mut self.visible, self.indices.len());
         batch.load(scene, sequences, indices, views.listener);
         let length = batch.length;
         if views.sources.len() > MAX_EXACT_SOURCES {
@@ -546,7 +560,7 @@ impl CandidateCull {
             return;
         }
         let lanes = indices.chunks(unfold_x4::LANES);
-        let (unfolded, margin_m) = (&mut self.unfolded, MARGIN_M + batch.nearby_m);
+        let margin_m = MARGIN_M + batch.nearby_m;
         for (half, (batch, indices)) in batch.halves.iter_mut().zip(lanes).enumerate() {
             let sources = views.sources.iter().zip(views.gates);
             for ((source, gate), visible) in sources.zip(visible.chunks_mut(batches)) {
