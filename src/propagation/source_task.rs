@@ -454,14 +454,14 @@ impl SourceTask {
     ) {
         let guide = context.guide.entries();
         for share in context.candidates {
-            share.visible_from(self.view, |index| {
-                self.queue(query, scratch, &guide[index], index);
+            share.visible_from(self.view, |index, reflected| {
+                self.queue(query, scratch, &guide[index], (index, reflected));
             });
         }
         self.collect_own(context, &mut scratch.rays.sequences);
         for index in 0..scratch.rays.sequences.entries().len() {
             let sequence = scratch.rays.sequences.entries()[index];
-            self.queue(query, scratch, &sequence, guide.len() + index);
+            self.queue(query, scratch, &sequence, (guide.len() + index, None));
         }
         for length in 1..=MAX_ORDER {
             self.unfold(query, scratch, length);
@@ -501,9 +501,10 @@ impl SourceTask {
         query: &SourceQuery<'_>,
         scratch: &mut Scratch,
         sequence: &Sequence,
-        index: usize,
+        (index, reflected): (usize, Option<f32>),
     ) {
-        if scratch.queue.push(query.context.scene, sequence, index) {
+        let scene = query.context.scene;
+        if scratch.queue.push(scene, sequence, index, reflected) {
             self.unfold(query, scratch, sequence.len());
         }
     }
@@ -518,9 +519,9 @@ impl SourceTask {
             length,
             ends,
             MARGIN_M + context.nearby_m.unwrap_or(0.0),
-            |sequence, unfolded| {
-                let (gate, estimates) = (self.nearby_gate, &mut self.nearby_estimates);
-                if let Some(path) = query.nearby_path(sequence, unfolded, gate, estimates) {
+            |sequence, unfolded, reflected| {
+                let gate = (self.nearby_gate, &mut self.nearby_estimates);
+                if let Some(path) = query.nearby_path(sequence, unfolded, reflected, gate) {
                     self.nearby.push(path);
                 }
             },
@@ -537,15 +538,15 @@ impl SourceTask {
         scratch
             .queue
             .validate(scene, occluders, |occluders, candidate, last| {
-                let sequence = &candidate.sequence;
+                let sequence = candidate.sequence;
                 if query.is_valid(candidate, last, occluders, &mut self.rays) {
-                    valid.push((candidate.index, *sequence));
-                    let path = query.valid_path(sequence, &candidate.unfolded);
+                    valid.push((candidate.index, sequence));
+                    let path = query.valid_path(&sequence, &mut candidate.unfolded);
                     self.paths.push(path);
                 } else if query.context.nearby_m.is_some() {
-                    let (gate, estimates) = (self.nearby_gate, &mut self.nearby_estimates);
-                    let unfolded = &candidate.unfolded;
-                    if let Some(path) = query.nearby_path(sequence, unfolded, gate, estimates) {
+                    let gate = (self.nearby_gate, &mut self.nearby_estimates);
+                    let (unfolded, reflected) = (&mut candidate.unfolded, candidate.reflected);
+                    if let Some(path) = query.nearby_path(&sequence, unfolded, reflected, gate) {
                         self.nearby.push(path);
                     }
                 }

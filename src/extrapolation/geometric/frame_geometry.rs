@@ -82,7 +82,7 @@ impl GeometryArena {
 
     /// Stores the last unfolded path with its angles and its image source.
     pub(crate) fn push_unfolded(&mut self, scene: &Scene) -> FrameGeometry {
-        self.images.push(self.unfolded.finish(scene, self.line));
+        self.images.push(*self.unfolded.finish(scene, self.line));
         FrameGeometry::Image(self.images.len() as u32 - 1)
     }
 

@@ -113,7 +113,7 @@ pub fn unfold(
     if !unfolded.unfold(scene, sequence, &precedence, line) {
         return None;
     }
-    let path = unfolded.finish(scene, line);
+    let path = *unfolded.finish(scene, line);
     debug_assert!(
         (path.image.distance(listener) - path.length_m).abs() < 1e-6 * (1.0 + path.length_m)
     );
@@ -192,24 +192,22 @@ impl UnfoldedPath {
     }
 
     /// The whole path along the line that it was unfolded on.
-    pub(crate) fn finish(&self, scene: &Scene, [source, listener_image]: [DVec3; 2]) -> ImagePath {
-        let mut path = ImagePath {
-            order: self.path.order,
-            length_m: source.distance(listener_image),
-            image: source,
-            ..ImagePath::EMPTY
-        };
-        let mut from = source;
-        for step in 0..path.order {
-            let (number, point) = (self.path.surfaces[step], self.path.points[step]);
-            let surface = scene.surface(number);
+    pub(crate) fn finish(
+        &mut self,
+        scene: &Scene,
+        [source, listener_image]: [DVec3; 2],
+    ) -> &ImagePath {
+        let path = &mut self.path;
+        let (mut from, mut image) = (source, source);
+        for step in 0..path.order.min(MAX_ORDER) {
+            let surface = scene.surface(path.surfaces[step]);
             let line = self.targets[step] - from;
-            path.surfaces[step] = number;
-            path.points[step] = point;
             path.cosines[step] = (surface.normal.dot(line) / line.length()).abs();
-            path.image = surface.mirror(path.image);
-            from = point;
+            image = surface.mirror(image);
+            from = path.points[step];
         }
+        path.length_m = source.distance(listener_image);
+        path.image = image;
         path
     }
 

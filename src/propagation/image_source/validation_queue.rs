@@ -23,6 +23,7 @@ struct Bucket {
     batch: SequenceBatch4,
     sequences: [Sequence; LANES],
     indices: [u32; LANES],
+    reflected: [Option<f32>; LANES],
     count: usize,
 }
 
@@ -31,6 +32,7 @@ impl Bucket {
         batch: SequenceBatch4::EMPTY,
         sequences: [Sequence::EMPTY; LANES],
         indices: [0; LANES],
+        reflected: [None; LANES],
         count: 0,
     };
 }
@@ -43,6 +45,8 @@ pub(crate) struct Unvalidated {
     pub(crate) index: u32,
     /// The sequence's hash.
     pub(crate) hash: u64,
+    /// See [`ValidationQueue::push`].
+    pub(crate) reflected: Option<f32>,
     pub(crate) unfolded: UnfoldedPath,
 }
 
@@ -62,6 +66,7 @@ impl Default for ValidationQueue {
             sequence: Sequence::EMPTY,
             index: 0,
             hash: 0,
+            reflected: None,
             unfolded: UnfoldedPath::default(),
         };
         Self {
@@ -74,9 +79,16 @@ impl Default for ValidationQueue {
 }
 
 impl ValidationQueue {
-    /// Queues a sequence of at least one surface. Returns whether the batch of its length is full.
+    /// Queues a sequence of at least one surface, with the energy that its reflections leave, if it is known. Returns whether the
+    /// batch of its length is full.
     #[inline(always)]
-    pub(crate) fn push(&mut self, scene: &Scene, sequence: &Sequence, index: usize) -> bool {
+    pub(crate) fn push(
+        &mut self,
+        scene: &Scene,
+        sequence: &Sequence,
+        index: usize,
+        reflected: Option<f32>,
+    ) -> bool {
         let Some(bucket) = self.buckets.get_mut(sequence.len().wrapping_sub(1)) else {
             return false;
         };
@@ -84,6 +96,7 @@ impl ValidationQueue {
         bucket.batch.put(scene, lane, sequence);
         bucket.sequences[lane] = *sequence;
         bucket.indices[lane] = index as u32;
+        bucket.reflected[lane] = reflected;
         bucket.count = lane + 1;
         bucket.count == LANES
     }
@@ -99,7 +112,7 @@ impl ValidationQueue {
         length: usize,
         [source, listener]: [DVec3; 2],
         margin_m: f64,
-        mut beside: impl FnMut(&Sequence, &UnfoldedPath),
+        mut beside: impl FnMut(&Sequence, &mut UnfoldedPath, Option<f32>),
     ) -> bool {
         let Some(bucket) = self.buckets.get_mut(length.wrapping_sub(1)) else {
             return false;
@@ -120,10 +133,11 @@ impl ValidationQueue {
                     next.sequence = *sequence;
                     next.index = index;
                     next.hash = sequence.hash();
+                    next.reflected = bucket.reflected[lane];
                     occluders.prefetch(next.hash);
                     self.count += 1;
                 }
-                Some(_) => beside(sequence, unfolded),
+                Some(_) => beside(sequence, unfolded, bucket.reflected[lane]),
                 None => {}
             }
         }
@@ -136,27 +150,27 @@ impl ValidationQueue {
         &mut self,
         scene: &Scene,
         occluders: &mut OccluderCache,
-        mut validate: impl FnMut(&mut OccluderCache, &Unvalidated, Option<Occluder>),
+        mut validate: impl FnMut(&mut OccluderCache, &mut Unvalidated, Option<Occluder>),
     ) {
-        let list = &self.unfolded[..std::mem::take(&mut self.count)];
-        let occluder = |occluders: &OccluderCache, index: usize| {
-            let candidate: Option<&Unvalidated> = list.get(index);
+        let list = &mut self.unfolded[..std::mem::take(&mut self.count)];
+        let occluder = |occluders: &OccluderCache, list: &[Unvalidated], index: usize| {
+            let candidate = list.get(index);
             candidate.and_then(|candidate| occluders.get(candidate.hash))
         };
         for index in 0..2 * AHEAD {
-            if let Some(occluder) = occluder(occluders, index) {
+            if let Some(occluder) = occluder(occluders, list, index) {
                 occluder.prefetch_triangle(scene);
             }
         }
-        for (index, candidate) in list.iter().enumerate() {
-            if let Some(occluder) = occluder(occluders, index + 2 * AHEAD) {
+        for index in 0..list.len() {
+            if let Some(occluder) = occluder(occluders, list, index + 2 * AHEAD) {
                 occluder.prefetch_triangle(scene);
             }
-            if let Some(occluder) = occluder(occluders, index + AHEAD) {
+            if let Some(occluder) = occluder(occluders, list, index + AHEAD) {
                 occluder.prefetch_corners(scene);
             }
-            let last = occluders.get(candidate.hash);
-            validate(occluders, candidate, last);
+            let last = occluders.get(list[index].hash);
+            validate(occluders, &mut list[index], last);
         }
     }
 }

@@ -473,6 +473,8 @@ pub(crate) struct CandidateCull {
     capacity: usize,
     /// For each batch its sequences, counted from [`Self::first`].
     indices: Vec<[u32; LANES]>,
+    /// For each batch the energies that its reflections leave, if they are known.
+    reflected: Vec<[f32; LANES]>,
     /// Masks of the sequences that may have a path, by source and then by batch.
     visible: Vec<u8>,
 }
@@ -496,6 +498,7 @@ impl CandidateCull {
             first: 0,
             capacity,
             indices: Vec::with_capacity(capacity.div_ceil(LANES) + MAX_ORDER),
+            reflected: Vec::new(),
             visible: Vec::new(),
         }
     }
@@ -512,6 +515,7 @@ impl CandidateCull {
     ) {
         self.first = first;
         self.indices.clear();
+        self.reflected.clear();
         self.visible.clear();
         let mut counts = [0usize; MAX_ORDER + 1];
         for sequence in sequences {
@@ -556,6 +560,9 @@ impl CandidateCull {
         let length = batch.length;
         if views.sources.len() > MAX_EXACT_SOURCES {
             batch.load_bounds(scene, sequences, indices, views.energies);
+            if views.nearby_m.is_some() {
+                self.reflected.push(batch.reflected);
+            }
             cull_batch(LaneSet::best(), batch, views, visible, number, batches);
             return;
         }
@@ -580,17 +587,19 @@ impl CandidateCull {
         }
     }
 
-    /// Calls `found` with the index of every sequence that may have a path from source number `source`.
+    /// Calls `found` with the index of every sequence that may have a path from source number `source`, and the energy that its
+    /// reflections leave ([`MirrorEnergies::reflected`]), if it is known.
     #[inline]
-    pub(crate) fn visible_from(&self, source: usize, mut found: impl FnMut(usize)) {
+    pub(crate) fn visible_from(&self, source: usize, mut found: impl FnMut(usize, Option<f32>)) {
         let batches = self.indices.len();
         let visible = &self.visible[source * batches..][..batches];
-        for (visible, indices) in visible.iter().zip(&self.indices) {
+        for (batch, (visible, indices)) in visible.iter().zip(&self.indices).enumerate() {
             let mut left = u32::from(*visible);
             while left != 0 {
                 let lane = left.trailing_zeros() as usize % LANES;
                 left &= left - 1;
-                found(self.first + indices[lane] as usize);
+                let reflected = self.reflected.get(batch).map(|reflected| reflected[lane]);
+                found(self.first + indices[lane] as usize, reflected);
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Validity and paths of a source's candidates.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use super::UpdateContext;
 use crate::acoustics::{BANDS, BandArray};
@@ -43,7 +43,7 @@ impl SourceQuery<'_> {
     }
 
     /// A valid path: a single reflection has the waves of the edges beside it.
-    pub(super) fn valid_path(&self, sequence: &Sequence, unfolded: &UnfoldedPath) -> Path {
+    pub(super) fn valid_path(&self, sequence: &Sequence, unfolded: &mut UnfoldedPath) -> Path {
         let mut path = self.path(sequence, unfolded, amplitude::reflected);
         if path.order == 1 {
             let (scene, edges) = (self.context.scene, self.near_edges.reflections.edges());
@@ -55,18 +55,18 @@ impl SourceQuery<'_> {
         path
     }
 
-    /// A nearby path: without occlusion and as if surfaces had no ends. `None` if the gate leaves it out, else its estimated energy is
-    /// added to `estimates`.
+    /// A nearby path: without occlusion and as if surfaces had no ends. `reflected` is the energy that its reflections leave, if it is
+    /// known. `None` if the gate leaves it out, else its estimated energy is added to `estimates`.
     pub(super) fn nearby_path(
         &self,
         sequence: &Sequence,
-        unfolded: &UnfoldedPath,
-        gate: NearbyGate,
-        estimates: &mut Vec<f32>,
+        unfolded: &mut UnfoldedPath,
+        reflected: Option<f32>,
+        (gate, estimates): (NearbyGate, &mut Vec<f32>),
     ) -> Option<Path> {
         let square_m2 = self.ends[0].distance_squared(unfolded.listener_image()) as f32;
-        let energies = self.context.energies;
-        let reflected = energies.reflected(self.context.scene, sequence);
+        let (energies, scene) = (self.context.energies, self.context.scene);
+        let reflected = reflected.unwrap_or_else(|| energies.reflected(scene, sequence));
         gate.passes(reflected, square_m2).then(|| {
             estimates.push(reflected / square_m2);
             self.path(sequence, unfolded, amplitude::reflected_unbounded)
@@ -77,7 +77,7 @@ impl SourceQuery<'_> {
     fn path(
         &self,
         sequence: &Sequence,
-        unfolded: &UnfoldedPath,
+        unfolded: &mut UnfoldedPath,
         amplitude: impl Fn(&Scene, &ImagePath, f64) -> BandArray,
     ) -> Path {
         let Self {
@@ -88,10 +88,13 @@ impl SourceQuery<'_> {
         let (scene, source) = (context.scene, self.ends[0]);
         let path = unfolded.finish(scene, [source, unfolded.listener_image()]);
         let pose = &endpoints.source;
-        let mut amplitude = amplitude(scene, &path, endpoints.min_distance_m);
-        let mut points = [Vec3::ZERO; MAX_ORDER];
-        for (point, local) in points.iter_mut().zip(path.points) {
-            *point = scene.to_world(local);
+        let mut amplitude = amplitude(scene, path, endpoints.min_distance_m);
+        // Those beyond the path's order are of other candidates.
+        let mut points = [scene.to_world(DVec3::ZERO); MAX_ORDER];
+        let mut surfaces = [0; MAX_ORDER];
+        for step in 0..path.order {
+            points[step] = scene.to_world(path.points[step]);
+            surfaces[step] = path.surfaces[step];
         }
         let departure = (path.points[0] - source).as_vec3();
         amplitude::apply_directivity(&mut amplitude, pose, departure);
@@ -100,7 +103,7 @@ impl SourceQuery<'_> {
             source: pose.id,
             order: path.order as u8,
             diffraction_order: 0,
-            surfaces: path.surfaces,
+            surfaces,
             edges: [0; MAX_DIFFRACTION_ORDER],
             points,
             image: scene.to_world(path.image),
