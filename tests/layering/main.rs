@@ -35,7 +35,7 @@ const TABLE: [(&str, &str); 44] = [
     ("scene::procedural", "error scene"),
     (
         "propagation",
-        "acoustics error propagation::image_source propagation::rays scene scene::committed",
+        "acoustics error propagation::image_source propagation::rays scene scene::committed simd",
     ),
     (
         "propagation::rays",
@@ -51,7 +51,7 @@ const TABLE: [(&str, &str); 44] = [
     ),
     (
         "propagation::curved_reflection",
-        "acoustics geometry propagation propagation::image_source scene::committed scene::surface",
+        "acoustics geometry propagation propagation::image_source scene::committed scene::surface simd",
     ),
     (
         "propagation::diffuse",

@@ -7,6 +7,7 @@
 pub mod discovery_history;
 pub mod expansion;
 pub mod finite_panel;
+mod hull;
 pub mod image_path;
 pub(crate) mod nearby_gate;
 pub(crate) mod occluder_cache;
