@@ -124,25 +124,16 @@ impl DelaySums {
         total
     }
 
-    /// Energy that begins in the air and leaves all patches for the first time, by span and time step.
-    pub(crate) fn first_of_air(&self) -> Vec<[BandArray; BEYOND]> {
+    /// Energy that begins in the air and leaves patch `to`, in each time step. `response` is that patch's to each patch, of [`STEPS`]
+    /// time steps.
+    pub(crate) fn leaving_of_air(&self, to: usize, response: &[BandArray]) -> [BandArray; STEPS] {
         let mut of_spans = vec![[[0.0; BANDS]; BEYOND]; SPANS];
-        for (span, first, _, sum) in self.arrivals_of_air() {
-            for (total, leaving) in of_spans[span][first].iter_mut().zip(sum.leaving) {
-                *total += leaving;
-            }
-        }
-        of_spans
-    }
-
-    /// Adds energy of the same origin that leaves one patch later on. `response` is that patch's to each patch, of
-    /// [`STEPS`] time steps.
-    pub(crate) fn add_later_of_air(
-        &self,
-        response: &[BandArray],
-        of_spans: &mut [[BandArray; BEYOND]],
-    ) {
         for (span, first, from, sum) in self.arrivals_of_air() {
+            if from == to {
+                for (total, leaving) in of_spans[span][first].iter_mut().zip(sum.leaving) {
+                    *total += leaving;
+                }
+            }
             let response = &response[from * STEPS..][..STEPS];
             for (total, response) in of_spans[span][first..].iter_mut().zip(response) {
                 for b in 0..BANDS {
@@ -150,6 +141,7 @@ impl DelaySums {
                 }
             }
         }
+        spread(&of_spans)
     }
 
     /// Spans, time steps and patches at which energy that begins in the air arrives, and its sums.
@@ -163,8 +155,8 @@ impl DelaySums {
     }
 }
 
-/// Energy that begins in the air and leaves all patches in each time step: that of each span, spread over its length.
-pub(crate) fn decay_of_air(of_spans: &[[BandArray; BEYOND]]) -> [BandArray; STEPS] {
+/// Energy in each time step: that of each span, spread over its length.
+fn spread(of_spans: &[[BandArray; BEYOND]]) -> [BandArray; STEPS] {
     let mut total = [[0.0; BANDS]; STEPS];
     for (span, of_span) in of_spans.iter().enumerate() {
         let half = half_width(span);

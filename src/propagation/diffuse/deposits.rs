@@ -40,6 +40,8 @@ pub(crate) struct Deposit {
     /// Sums of delays in time steps times weights, and of weights.
     steps: f32,
     weight: f32,
+    /// Sum of the squares of the weights: with the sum itself, how few bounces stand for the energy.
+    squares: f32,
 }
 
 impl Deposit {
@@ -51,6 +53,11 @@ impl Deposit {
     /// Energy in all bands.
     pub(crate) fn energy(&self) -> f32 {
         self.weight
+    }
+
+    /// Relative variance of the energy.
+    fn variance(&self) -> f32 {
+        self.squares / (self.weight * self.weight).max(f32::MIN_POSITIVE)
     }
 }
 
@@ -140,6 +147,7 @@ impl Deposits {
         }
         deposit.steps += sum * steps;
         deposit.weight += sum;
+        deposit.squares += sum * sum;
     }
 }
 
@@ -185,7 +193,7 @@ impl DepositSums {
             for b in 0..BANDS {
                 direct[b] *= view.energy[b];
             }
-            histogram.add(delay_s + view.delay_s, &direct);
+            histogram.add_of_few(delay_s + view.delay_s, &direct, deposit.variance());
             let response = &listener.response[patch * STEPS..][..STEPS];
             // Negative before the straight line's arrival: the response starts later.
             let at = delay_s / field.step_s - histogram.nearest_steps();
@@ -298,6 +306,7 @@ kernel! {
             }
             sum.steps += gain * deposit.steps;
             sum.weight += gain * deposit.weight;
+            sum.squares += gain * gain * deposit.squares;
         }
     }
 }

@@ -14,12 +14,14 @@
 
 use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
+use crate::propagation::diffuse::fit_spans::{SPAN_ENDS, SPAN_OF_STEP, SPANS};
+use crate::propagation::diffuse::steady_tail::steady;
 use crate::propagation::late_group::{LATE_GROUPS, LateGroup};
 use crate::propagation::path::{LATE_SEGMENTS, LateEnergy};
 use crate::simd::{LaneSet, kernel};
 
 /// Time steps of a response.
-pub(crate) const STEPS: usize = 80;
+pub(crate) const STEPS: usize = SPAN_ENDS[SPANS - 1];
 
 /// 60 dB in nepers of energy.
 pub(crate) const NEPERS_OF_60_DB: f64 = 6.0 * std::f64::consts::LN_10;
@@ -29,22 +31,6 @@ pub const LATE_SEGMENT_STARTS: [f64; LATE_SEGMENTS] = [0.0, 1.0, 3.5, 9.5];
 
 /// Mean free time in time steps of the scene's responses, roughly.
 pub(crate) const STEPS_PER_FREE_TIME: f32 = 1.6;
-
-/// Time steps at which the spans of the fit end.
-const SPAN_ENDS: [usize; SPANS] = [1, 2, 3, 4, 6, 8, 11, 15, 20, 26, 33, 41, 50, 60, 70, 80];
-const SPANS: usize = 16;
-
-/// The span of each time step.
-const SPAN_OF_STEP: [u8; STEPS] = {
-    let (mut spans, mut step) = ([0; STEPS], 0);
-    while step < STEPS {
-        while step >= SPAN_ENDS[spans[step] as usize] {
-            spans[step] += 1;
-        }
-        step += 1;
-    }
-    spans
-};
 
 /// Least number of spans.
 const MIN_SPANS: usize = 6;
@@ -122,6 +108,8 @@ pub(crate) struct ArrivalHistogram {
     /// Arrival of the straight line: delays count from here.
     nearest_s: f32,
     pub(crate) energy: [BandArray; STEPS],
+    /// Variance of the energy in each span of the fit, as far as few rays carry it.
+    variance: [BandArray; SPANS],
 }
 
 impl ArrivalHistogram {
@@ -130,6 +118,7 @@ impl ArrivalHistogram {
             step_s,
             nearest_s,
             energy: [[0.0; BANDS]; STEPS],
+            variance: [[0.0; BANDS]; SPANS],
         }
     }
 
@@ -162,10 +151,42 @@ impl ArrivalHistogram {
         }
     }
 
-    /// Fits decays to the arrivals; `weight` is the sum of their weights. Returns the shares of the groups in the energy of each span.
+    /// Adds an arrival of a relative variance.
+    pub(crate) fn add_of_few(&mut self, delay_s: f32, energy: &BandArray, variance: f32) {
+        self.add(delay_s, energy);
+        let (whole, rest) = self.step_of(delay_s);
+        for (step, share) in [(whole, 1.0 - rest), (whole + 1, rest)] {
+            // The sum is a continuous function of the delay.
+            if let Some(span) = SPAN_OF_STEP.get(step) {
+                let sum = &mut self.variance[usize::from(*span)];
+                for b in 0..BANDS {
+                    sum[b] += share * variance * energy[b] * energy[b];
+                }
+            }
+        }
+    }
+
+    /// Energy in each span of a series of time steps after emission.
+    fn spans_of(&self, of_steps: &[BandArray]) -> [BandArray; SPANS] {
+        let mut spans = [[0.0; BANDS]; SPANS];
+        let whole = self.nearest_steps().min(STEPS as f32);
+        let first = whole as usize;
+        let rest = whole - first as f32;
+        for (pair, span) in of_steps.windows(2).skip(first).zip(SPAN_OF_STEP) {
+            let sum = &mut spans[usize::from(span)];
+            for b in 0..BANDS {
+                sum[b] += (1.0 - rest) * pair[0][b] + rest * pair[1][b];
+            }
+        }
+        spans
+    }
+
+    /// Fits decays to the arrivals; `weight` is the sum of their weights, `of_air` what arrives of energy that begins in the air, in each
+    /// time step after emission. Returns the shares of the groups in the energy of each span.
     pub(crate) fn fit(
         &self,
         columns: &DecayColumns,
+        of_air: &[BandArray],
         weight: f32,
         late: &mut LateEnergy,
     ) -> GroupShares {
@@ -178,10 +199,14 @@ impl ArrivalHistogram {
         for (sum, end) in energy.iter_mut().zip(SPAN_ENDS).take(spans) {
             for step in &self.energy[first..end] {
                 for b in 0..BANDS {
-                    sum[b] += step[b] / weight;
+                    sum[b] += step[b];
                 }
             }
             first = end;
+        }
+        steady(&mut energy[..spans], &self.variance, &self.spans_of(of_air));
+        for sum in energy.as_flattened_mut() {
+            *sum /= weight;
         }
         let mut fitted = [[0.0; BANDS]; COLUMNS];
         fit(LaneSet::best(), &energy[..spans], columns, &mut fitted);
@@ -417,7 +442,8 @@ mod tests {
         let mut late = LateEnergy::silent(SourceId::default());
         late.start_s = nearest_s;
         late.mean_free_time_s = STEPS_PER_FREE_TIME * step_s;
-        histogram.fit(&DecayColumns::new(&rates, step_s), 1.0, &mut late);
+        let columns = DecayColumns::new(&rates, step_s);
+        histogram.fit(&columns, &[], 1.0, &mut late);
         for (first, end) in [(0, 8), (8, 20), (20, 40), (40, 70)] {
             let expected: f64 = histogram.energy[first..end]
                 .iter()
@@ -451,7 +477,8 @@ mod tests {
         let mut late = LateEnergy::silent(SourceId::default());
         late.start_s = nearest_s;
         late.mean_free_time_s = STEPS_PER_FREE_TIME * step_s;
-        histogram.fit(&DecayColumns::new(&rates, step_s), 1.0, &mut late);
+        let columns = DecayColumns::new(&rates, step_s);
+        histogram.fit(&columns, &[], 1.0, &mut late);
         // The energies are scaled to those of the arrivals.
         let arrived_s = f64::from(step_s) * (STEPS as f64 - 0.5);
         let within = |from_s: f64, to_s: f64| {
@@ -482,7 +509,7 @@ mod tests {
                 }
             }
             let mut late = LateEnergy::silent(SourceId::default());
-            histogram.fit(&columns, 1.0, &mut late);
+            histogram.fit(&columns, &[], 1.0, &mut late);
             late.energy
         };
         let quiet = fitted(0);

@@ -47,6 +47,8 @@ pub struct ListenerField {
     pub(crate) response: Vec<BandArray>,
     /// Moments of the energy that arrives in each of [`DIRECTION_SPANS`] for a unit that a patch radiates.
     pub(crate) arriving: Vec<[Moments; DIRECTION_SPANS.len()]>,
+    /// Energy that arrives in each time step of what begins in the air, evenly and in all directions.
+    pub(crate) of_air: Vec<BandArray>,
     /// Decay times of the groups.
     pub groups: [LateGroup; LATE_GROUPS],
 }
@@ -80,11 +82,15 @@ impl ListenerField {
         self.connect(scene, field, listener);
         self.response.clear();
         self.response.resize(STEPS * field.patches(), [0.0; BANDS]);
+        self.of_air.clear();
+        self.of_air.resize(STEPS, [0.0; BANDS]);
         for (to, view) in self.patches.iter().enumerate() {
             if view.energy.iter().any(|energy| *energy > 0.0) {
                 let delay = view.delay_s / field.step_s;
                 let leaving = field.response_of(to);
                 arrive(LaneSet::best(), leaving, view, delay, &mut self.response);
+                let of_air = field.of_air(to);
+                arrive(LaneSet::best(), of_air, view, delay, &mut self.of_air);
             }
         }
         for (group, time_s) in self.groups.iter_mut().zip(&field.decays.times_s) {

@@ -28,6 +28,7 @@ mod delay_sums;
 mod delayed;
 mod deposits;
 pub mod envelope;
+mod fit_spans;
 pub mod late_directions;
 mod lifted_kernel;
 pub mod listener_field;
@@ -42,6 +43,7 @@ mod slowest_decay;
 pub mod source_rays;
 mod specular_legs;
 mod static_hit_cache;
+mod steady_tail;
 mod surface_samples;
 mod trace;
 pub mod transport;
@@ -382,7 +384,9 @@ impl LateEstimator {
         let weights = self.weights.iter().sum();
         if weights > 0.0 {
             self.sum.gather(field, listener, &mut histogram);
-            let shares = histogram.fit(&field.decays.columns, weights, &mut late.energy);
+            let fitted = &mut late.energy;
+            let columns = &field.decays.columns;
+            let shares = histogram.fit(columns, &listener.of_air, weights, fitted);
             let directions = self.sum.directions(field, listener, &histogram, &shares);
             late.directions = directions.map(|m| m.map(|e| e.map(|energy| energy / weights)));
         }

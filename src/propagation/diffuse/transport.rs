@@ -17,7 +17,7 @@ use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::diffuse::decay_fit::{
     CommonDecays, FITTED_FROM_DB, FirstLegs, PatchDecays, fall_db, sum_of,
 };
-use crate::propagation::diffuse::delay_sums::{Arrival, DelaySums, LONGEST, SPANS, decay_of_air};
+use crate::propagation::diffuse::delay_sums::{Arrival, DelaySums, LONGEST, SPANS};
 use crate::propagation::diffuse::envelope::{NEPERS_OF_60_DB, STEPS};
 use crate::propagation::diffuse::packed_energy::{PackedBands, pack};
 use crate::propagation::diffuse::slowest_decay::slowest_decay;
@@ -88,6 +88,8 @@ pub struct SceneField {
     responses: Vec<PackedBands>,
     /// Sums of a response over [`DIRECTION_SPANS`]: `[to × patches + from]`.
     spans: Vec<[BandArray; DIRECTION_SPANS.len()]>,
+    /// Energy that begins in the air, evenly and in all directions, and leaves each patch in a time step: `[to × STEPS + step]`.
+    of_air: Vec<PackedBands>,
     /// Counts calls of [`Self::renew`].
     pub(crate) renewals: u64,
     /// What becomes of the energy that each patch radiates, up to its first reflection.
@@ -119,6 +121,7 @@ impl SceneField {
             speed_m_s,
             responses: Vec::new(),
             spans: Vec::new(),
+            of_air: Vec::new(),
             renewals: 0,
             first_legs: Vec::new(),
             specular: SpecularLegs::default(),
@@ -144,11 +147,12 @@ impl SceneField {
             return;
         }
         let transports = collect(sums, patches);
-        let mut of_spans = sums.first_of_air();
+        let mut total = [[0.0; BANDS]; STEPS];
         let mut response = vec![[0.0; BANDS]; patches * STEPS];
         self.responses.clear();
         self.responses.reserve_exact(patches * STEPS * patches);
         self.spans.clear();
+        self.of_air.clear();
         for to in 0..patches {
             response.fill([0.0; BANDS]);
             respond(LaneSet::best(), &transports, to as u16, &mut response);
@@ -156,10 +160,15 @@ impl SceneField {
             self.spans.extend(
                 responses.map(|response| DIRECTION_SPANS.map(|steps| sum_of(&response[steps]))),
             );
-            sums.add_later_of_air(&response, &mut of_spans);
+            let of_air = sums.leaving_of_air(to, &response);
+            for (total, leaving) in total.iter_mut().zip(&of_air) {
+                for b in 0..BANDS {
+                    total[b] += leaving[b];
+                }
+            }
+            self.of_air.extend(of_air.iter().map(pack));
             self.responses.extend(response.iter().map(pack));
         }
-        let total = decay_of_air(&of_spans);
         let slowest = match fall_db(&total).iter().all(|fall| *fall >= FITTED_FROM_DB) {
             true => [0.0; BANDS],
             false => slowest_decay(sums),
@@ -195,6 +204,11 @@ impl SceneField {
     pub(crate) fn response_of(&self, to: usize) -> &[PackedBands] {
         let size = STEPS * self.patches();
         &self.responses[to * size..][..size]
+    }
+
+    /// Energy that begins in the air and leaves a patch, in each time step.
+    pub(crate) fn of_air(&self, to: usize) -> &[PackedBands] {
+        &self.of_air[to * STEPS..][..STEPS]
     }
 
     /// Energy that leaves a patch within each of [`DIRECTION_SPANS`], for each radiating patch.
