@@ -32,7 +32,7 @@ const SLOW_START: f32 = 0.5;
 const LEAST_CHANGE: f64 = 0.7;
 
 /// Falls in dB of the energy over the responses up to which all of the next doubling of time is heard, and from which on none of it is.
-const NEXT_IS_HEARD_TO_DB: (f32, f32) = (25.0, 45.0);
+const NEXT_IS_HEARD_TO_DB: (f32, f32) = (20.0, 40.0);
 
 /// Ratio of the decay rates, in octaves, up to which they are one and from which on they are two.
 const ONE_DECAY: f64 = 1.0;
