@@ -222,8 +222,10 @@ impl Extrapolator {
     /// belong to the time of emission, and changes of a mix are smoothed; without records, every source counts as at rest, its
     /// mix applies at once, and frames count as evenly spaced. Real-time.
     pub fn record_sources(&mut self, sources: &[SourcePose], interval_s: f64) {
-        // Neither backwards nor beyond what a double resolves.
-        self.time_s += interval_s.max(0.0).min(10.0);
+        // An interval that is no number counts as none.
+        if interval_s > 0.0 {
+            self.time_s += interval_s.min(10.0);
+        }
         self.is_timed = true;
         let speed_m_s = self.scenes.current().speed_of_sound_m_s();
         self.motion.record(sources, interval_s, speed_m_s);
