@@ -77,8 +77,7 @@ impl DirectLines {
             return None;
         }
         // A wave that has changed its sign is not on the line through what it was.
-        let has_moved = own.endpoints.from != endpoints.from || own.endpoints.to != endpoints.to;
-        if has_moved && own.sides != boundary_sides(scene, endpoints, &own.field.edges) {
+        if own.sides != boundary_sides(scene, endpoints, &own.field.edges) {
             return None;
         }
         let reach = self.reach.frames(&own.endpoints, endpoints);

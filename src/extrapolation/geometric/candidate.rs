@@ -169,7 +169,7 @@ impl Candidate {
         let continues = match &self.geometry {
             PathGeometry::Diffraction(sequence) => {
                 let is_masked = source.shadow.share(sequence) == 0.0;
-                !is_masked && (!source.has_moved || self.stays(sequence, line, inputs, source))
+                !is_masked && Self::stays(sequence, line, inputs, source)
             }
             _ => true,
         };
@@ -179,7 +179,6 @@ impl Candidate {
     /// Whether a diffracted path exists and its waves are on the same sides of their boundaries as in its last evaluation: a wave
     /// that has changed its sign is not on the line through what it was.
     fn stays(
-        &self,
         sequence: &DiffractionSequence,
         line: &PathLine,
         inputs: &FrameInputs<'_>,

@@ -51,8 +51,6 @@ pub(crate) struct FrameSource {
     pub(crate) shadow: SourceShadow,
     /// Whether it was put elsewhere since the last graphics frame.
     pub(crate) has_jumped: bool,
-    /// Whether it or the listener has moved since the last graphics frame.
-    pub(crate) has_moved: bool,
     /// Graphics frames over which its paths may be extrapolated linearly.
     pub(crate) reach: u64,
     /// Range of its edges in [`FrameInputs::reflection_edges`].
@@ -120,8 +118,6 @@ impl FrameSources {
                 is_finite: pose.position.is_finite() && to.is_finite(),
                 shadow: inputs.shadows.get(index).copied().unwrap_or_default(),
                 has_jumped: last.is_some_and(|last| is_far(last.from, pose.position)),
-                has_moved: last
-                    .is_none_or(|last| (last.from, last.to) != (endpoints.from, endpoints.to)),
                 reach: last.map_or(1, |last| reach.frames(last, &endpoints)),
                 reflection_edges: range_of(inputs.reflection_edges, pose.id),
             }
