@@ -127,7 +127,7 @@ impl Extrapolator {
             }
             self.images.extend(wide.map(|wide| (pose.id, wide.image)));
             self.mixes.push(mix);
-            let waves = cost::WAVE * field.waves;
+            let waves = cost::WAVE * field.waves + cost::SIDES * field.edges.as_slice().len();
             budget.spend(cost::DIRECT + cost::RAY * rays as usize + waves);
             progress.rays += rays;
         }

@@ -66,6 +66,10 @@ pub(crate) mod cost {
     pub(crate) const DIFFRACTED: usize = 15;
     /// The diffracted wave of one edge, with what is looked for along its faces.
     pub(crate) const WAVE: usize = 30;
+    /// On which sides of its boundaries the wave of an edge is: a thousand instructions, as many as a ray takes, about.
+    pub(crate) const SIDES: usize = 1;
+    /// The same of an extrapolated path around edges, with its points.
+    pub(crate) const EXTRAPOLATED: usize = 2;
     /// A source's direct path, without rays and waves.
     pub(crate) const DIRECT: usize = 20;
     /// A held or extrapolated path.

@@ -34,7 +34,8 @@ impl FrameGeometry {
     pub(crate) fn cost(self) -> usize {
         match self {
             Self::Unevaluated => 0,
-            Self::Extrapolated | Self::ExtrapolatedReflection => cost::CONTINUED,
+            Self::ExtrapolatedReflection => cost::CONTINUED,
+            Self::Extrapolated => cost::EXTRAPOLATED,
             Self::Diffracted(_) => cost::DIFFRACTED,
             Self::Held(_) => cost::CURVED,
             Self::Invalid | Self::Unfolded | Self::Image(_) => cost::UNFOLDED,
