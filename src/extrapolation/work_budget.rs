@@ -65,7 +65,7 @@ pub(crate) mod cost {
     /// The points of a diffracted path.
     pub(crate) const DIFFRACTED: usize = 15;
     /// The diffracted wave of one edge, with what is looked for along its faces.
-    pub(crate) const WAVE: usize = 30;
+    pub(crate) const WAVE: usize = 17;
     /// On which sides of its boundaries the wave of an edge is: a thousand instructions, as many as a ray takes, about.
     pub(crate) const SIDES: usize = 1;
     /// The same of an extrapolated path around edges, with its points.

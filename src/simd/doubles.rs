@@ -1,7 +1,7 @@
 //! [`Doubles`]: four `f64` in vector registers, and [`ComplexLanes`], complex numbers of them.
 //!
-//! No operation is fused: every machine gives the bits of the portable lanes. Code generic over [`Doubles`] has to inline
-//! completely, as that over [`Lanes`](super::Lanes).
+//! Code generic over [`Doubles`] has to inline completely, and vector units round `a · b + c` once, as with
+//! [`Lanes`](super::Lanes).
 
 /// Four `f64` in registers. Methods instead of operators: the order of roundings is explicit where it is chosen.
 pub(crate) trait Doubles: Copy {
@@ -17,6 +17,10 @@ pub(crate) trait Doubles: Copy {
     fn sub(self, other: Self) -> Self;
     /// Product.
     fn mul(self, other: Self) -> Self;
+    /// `self · factor + term`.
+    fn mul_add(self, factor: Self, term: Self) -> Self;
+    /// `term − self · factor`.
+    fn neg_mul_add(self, factor: Self, term: Self) -> Self;
     /// Quotient.
     fn div(self, other: Self) -> Self;
     /// The greater one; the other lane where either is no number or both are equal.
@@ -35,80 +39,107 @@ pub(crate) trait Doubles: Copy {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct F64x4(pub(crate) [f64; 4]);
 
-impl F64x4 {
-    #[inline(always)]
-    fn of_two(self, other: Self, operation: impl Fn(f64, f64) -> f64) -> Self {
-        Self(std::array::from_fn(|i| operation(self.0[i], other.0[i])))
-    }
-}
+/// The reference for vector units: one rounding for `a · b + c`.
+#[cfg(test)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FusedF64x4([f64; 4]);
 
-impl Doubles for F64x4 {
-    #[inline(always)]
-    fn splat(value: f64) -> Self {
-        Self([value; 4])
-    }
-
-    #[inline(always)]
-    fn load(lanes: &[f64; 4]) -> Self {
-        Self(*lanes)
-    }
-
-    #[inline(always)]
-    fn store(self, lanes: &mut [f64; 4]) {
-        *lanes = self.0;
-    }
-
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        self.of_two(other, |a, b| a + b)
-    }
-
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        self.of_two(other, |a, b| a - b)
-    }
-
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        self.of_two(other, |a, b| a * b)
-    }
-
-    #[inline(always)]
-    fn div(self, other: Self) -> Self {
-        self.of_two(other, |a, b| a / b)
-    }
-
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        self.of_two(other, |a, b| if a > b { a } else { b })
-    }
-
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        self.of_two(other, |a, b| if a < b { a } else { b })
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self(self.0.map(f64::sqrt))
-    }
-
-    #[inline(always)]
-    fn select_at_most(self, other: Self, yes: Self, no: Self) -> Self {
-        Self(std::array::from_fn(|i| {
-            if self.0[i] <= other.0[i] {
-                yes.0[i]
-            } else {
-                no.0[i]
+/// Implements [`Doubles`] for an array, with this function for `a · b + c`.
+macro_rules! array_doubles {
+    ($name:ident, $multiply_add:expr) => {
+        impl $name {
+            #[inline(always)]
+            fn of_two(self, other: Self, operation: impl Fn(f64, f64) -> f64) -> Self {
+                Self(std::array::from_fn(|i| operation(self.0[i], other.0[i])))
             }
-        }))
-    }
+        }
 
-    #[inline(always)]
-    fn any_at_most(self, other: Self) -> bool {
-        self.0.iter().zip(other.0).any(|(a, b)| *a <= b)
-    }
+        impl Doubles for $name {
+            #[inline(always)]
+            fn splat(value: f64) -> Self {
+                Self([value; 4])
+            }
+
+            #[inline(always)]
+            fn load(lanes: &[f64; 4]) -> Self {
+                Self(*lanes)
+            }
+
+            #[inline(always)]
+            fn store(self, lanes: &mut [f64; 4]) {
+                *lanes = self.0;
+            }
+
+            #[inline(always)]
+            fn add(self, other: Self) -> Self {
+                self.of_two(other, |a, b| a + b)
+            }
+
+            #[inline(always)]
+            fn sub(self, other: Self) -> Self {
+                self.of_two(other, |a, b| a - b)
+            }
+
+            #[inline(always)]
+            fn mul(self, other: Self) -> Self {
+                self.of_two(other, |a, b| a * b)
+            }
+
+            #[inline(always)]
+            fn mul_add(self, factor: Self, term: Self) -> Self {
+                let one: fn(f64, f64, f64) -> f64 = $multiply_add;
+                Self(std::array::from_fn(|i| {
+                    one(self.0[i], factor.0[i], term.0[i])
+                }))
+            }
+
+            #[inline(always)]
+            fn neg_mul_add(self, factor: Self, term: Self) -> Self {
+                Self(self.0.map(|value| -value)).mul_add(factor, term)
+            }
+
+            #[inline(always)]
+            fn div(self, other: Self) -> Self {
+                self.of_two(other, |a, b| a / b)
+            }
+
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                self.of_two(other, |a, b| if a > b { a } else { b })
+            }
+
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                self.of_two(other, |a, b| if a < b { a } else { b })
+            }
+
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                Self(self.0.map(f64::sqrt))
+            }
+
+            #[inline(always)]
+            fn select_at_most(self, other: Self, yes: Self, no: Self) -> Self {
+                Self(std::array::from_fn(|i| {
+                    if self.0[i] <= other.0[i] {
+                        yes.0[i]
+                    } else {
+                        no.0[i]
+                    }
+                }))
+            }
+
+            #[inline(always)]
+            fn any_at_most(self, other: Self) -> bool {
+                self.0.iter().zip(other.0).any(|(a, b)| *a <= b)
+            }
+        }
+    };
 }
+
+array_doubles!(F64x4, |a, b, c| a * b + c);
+#[cfg(test)]
+array_doubles!(FusedF64x4, f64::mul_add);
 
 /// Complex numbers in lanes.
 #[derive(Clone, Copy)]
@@ -145,8 +176,8 @@ impl<D: Doubles> ComplexLanes<D> {
     #[inline(always)]
     pub(crate) fn mul(self, other: Self) -> Self {
         Self {
-            re: self.re.mul(other.re).sub(self.im.mul(other.im)),
-            im: self.re.mul(other.im).add(self.im.mul(other.re)),
+            re: self.im.neg_mul_add(other.im, self.re.mul(other.re)),
+            im: self.im.mul_add(other.re, self.re.mul(other.im)),
         }
     }
 
@@ -154,18 +185,29 @@ impl<D: Doubles> ComplexLanes<D> {
     #[inline(always)]
     pub(crate) fn mul_conjugate(self, other: Self) -> Self {
         Self {
-            re: self.re.mul(other.re).add(self.im.mul(other.im)),
-            im: self.im.mul(other.re).sub(self.re.mul(other.im)),
+            re: self.im.mul_add(other.im, self.re.mul(other.re)),
+            im: self.re.neg_mul_add(other.im, self.im.mul(other.re)),
         }
     }
 
     #[inline(always)]
     pub(crate) fn div(self, other: Self) -> Self {
-        let size = other.re.mul(other.re).add(other.im.mul(other.im));
-        let turned = self.mul_conjugate(other);
+        self.mul_conjugate(other)
+            .scale(D::splat(1.0).div(other.square()))
+    }
+
+    /// Square of the absolute value.
+    #[inline(always)]
+    pub(crate) fn square(self) -> D {
+        self.im.mul_add(self.im, self.re.mul(self.re))
+    }
+
+    /// The sum with a product.
+    #[inline(always)]
+    pub(crate) fn add_scaled(self, other: Self, factor: D) -> Self {
         Self {
-            re: turned.re.div(size),
-            im: turned.im.div(size),
+            re: other.re.mul_add(factor, self.re),
+            im: other.im.mul_add(factor, self.im),
         }
     }
 
@@ -201,7 +243,8 @@ mod tests {
             let root = a.max(L::Doubles::splat(0.0)).sqrt();
             let chosen = a.select_at_most(b, c, d);
             let parts = complex.into_iter().flat_map(|value| [value.re, value.im]);
-            for value in parts.chain([a.div(b), a.min(b), root, chosen]) {
+            let fused = [a.mul_add(b, c), a.neg_mul_add(b, c)];
+            for value in parts.chain([a.div(b), a.min(b), root, chosen]).chain(fused) {
                 let mut stored = [0.0; 4];
                 value.store(&mut stored);
                 output.push(stored);
@@ -211,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn vector_units_give_the_bits_of_portable_lanes() {
+    fn vector_units_give_the_bits_of_the_reference() {
         let mut state = 7u64;
         let mut draw = || {
             state = state
@@ -226,14 +269,19 @@ mod tests {
                 everything(set, &input, &mut output);
                 output
             };
-            let expected = results(LaneSet::Portable);
+            let expected = results(LaneSet::Fused);
             for set in LaneSet::vector_units() {
                 assert_eq!(results(set), expected, "{set:?}");
             }
-            // The portable lanes are the scalar operations.
+            // The reference's operations are those of scalars.
             let [a, b, ..] = input;
             assert_eq!(expected[12], std::array::from_fn(|i| a[i] / b[i]));
             assert_eq!(expected[14], a.map(|a| a.max(0.0).sqrt()));
+            let c = input[2];
+            assert_eq!(
+                expected[16],
+                std::array::from_fn(|i| a[i].mul_add(b[i], c[i]))
+            );
         }
     }
 }

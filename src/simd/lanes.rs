@@ -8,6 +8,8 @@
 //! within the bound that each kernel states.
 
 use super::F32x8;
+#[cfg(test)]
+use crate::simd::doubles::FusedF64x4;
 use crate::simd::doubles::{Doubles, F64x4};
 
 /// Eight `f32` in registers. Methods instead of operators: the order of roundings is explicit where it is chosen.
@@ -148,9 +150,9 @@ impl<L: Lanes> Lanes16<L> {
 
 /// [`Lanes`] in an array; `$multiply_add` computes `a · b + c` with one or two roundings.
 macro_rules! array_lanes {
-    ($name:ty, $wrap:expr, $multiply_add:expr) => {
+    ($name:ty, $doubles:ty, $wrap:expr, $multiply_add:expr) => {
         impl Lanes for $name {
-            type Doubles = F64x4;
+            type Doubles = $doubles;
 
             #[inline(always)]
             fn from_array(lanes: F32x8) -> Self {
@@ -226,7 +228,7 @@ macro_rules! array_lanes {
     };
 }
 
-array_lanes!(F32x8, F32x8, |a, b, c| a * b + c);
+array_lanes!(F32x8, F64x4, F32x8, |a, b, c| a * b + c);
 
 /// The reference for vector units: one rounding for `a · b + c`.
 #[cfg(test)]
@@ -234,7 +236,7 @@ array_lanes!(F32x8, F32x8, |a, b, c| a * b + c);
 pub(crate) struct Fused([f32; 8]);
 
 #[cfg(test)]
-array_lanes!(Fused, Fused, f32::mul_add);
+array_lanes!(Fused, FusedF64x4, Fused, f32::mul_add);
 
 #[cfg(test)]
 mod tests {

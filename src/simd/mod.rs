@@ -3,12 +3,14 @@
 //! - [`F32x8`]: eight numbers in an array, the storage format everywhere;
 //! - `Lanes`: the same eight numbers in vector registers, and `Lanes16`, two of them;
 //! - `Doubles`: four `f64`, and `ComplexLanes`, complex numbers of them;
+//! - `elementary`: functions of them;
 //! - `kernel!`: a function written once over `Lanes` and compiled for every instruction set;
 //! - `x86`, `neon`: the registers of each instruction set, by `core::arch`.
 //!
 //! Any thread; nothing here allocates or blocks.
 
 pub(crate) mod doubles;
+pub(crate) mod elementary;
 mod f32x8;
 pub(crate) mod kernel;
 pub(crate) mod lanes;

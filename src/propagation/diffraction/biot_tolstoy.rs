@@ -8,14 +8,14 @@
 //! ½/√(1 − 8 q sin²(ε/2)). The remainder is smooth: along σ = −jτ² it is a sum over a few points of τ = sinh u, the same
 //! ones for all frequencies.
 
-use std::f64::consts::{PI, SQRT_2};
+use std::f64::consts::{FRAC_1_SQRT_2, PI, SQRT_2};
 
 use crate::acoustics::smoothstep;
-use crate::propagation::diffraction::complex::Complex;
 use crate::propagation::diffraction::transition::{
     BoundaryTerm, BoundaryWaves, HALF, HalfWave, boundary_waves,
 };
-use crate::propagation::diffraction::wedge_geometry::{Deviation, Spread, WedgeAngles};
+use crate::propagation::diffraction::wedge_geometry::{Boundaries, Spread, WedgeAngles};
+use crate::simd::elementary::{decay, root_of_lower_half, sinh_squared_of_power};
 use crate::simd::{ComplexLanes, Doubles, LaneSet, kernel};
 
 /// Quadrature points of the remainder, and their distance in u. Against 3,000 points the sum is off by up to 0.015 dB
@@ -23,16 +23,36 @@ use crate::simd::{ComplexLanes, Doubles, LaneSet, kernel};
 const POINTS: usize = 8;
 const STEP: f64 = 0.45;
 
-/// τ = sinh u and cosh u of the points.
-const AT_POINTS: [(f64, f64); POINTS] = [
-    (0.22690324871624368, 1.0254194674756207),
-    (0.727438277681149, 1.2365946982886982),
-    (1.3777821907798407, 1.7024346581381904),
-    (2.311867032714563, 2.5188745853957153),
-    (3.7220585507245074, 3.8540523939123377),
-    (5.898772061421044, 5.982935051678355),
-    (9.290280678993138, 9.343945370905868),
-    (14.595032831461635, 14.629250949773304),
+/// τ = sinh u of the points.
+const TAU: [[f64; HALF]; 2] = [
+    [
+        0.22690324871624368,
+        0.727438277681149,
+        1.3777821907798407,
+        2.311867032714563,
+    ],
+    [
+        3.7220585507245074,
+        5.898772061421044,
+        9.290280678993138,
+        14.595032831461635,
+    ],
+];
+
+/// cosh u of the points.
+const COSH: [[f64; HALF]; 2] = [
+    [
+        1.0254194674756207,
+        1.2365946982886982,
+        1.7024346581381904,
+        2.5188745853957153,
+    ],
+    [
+        3.8540523939123377,
+        5.982935051678355,
+        9.343945370905868,
+        14.629250949773304,
+    ],
 ];
 
 /// ε from which on a pole stays in the remainder, far enough from the points. Towards π it meets the root's branch point,
@@ -49,101 +69,154 @@ pub fn weight(kl: f64) -> f64 {
     smoothstep((UNIFORM_KL - kl) / (UNIFORM_KL - EXACT_KL))
 }
 
-/// What the exact field of a wedge has in common for all bands: the poles, and the remainder of each part at the points.
+/// What the exact field of a wedge has in common for all bands: the poles, and the remainder of each part at the points, half of
+/// the points in each row.
 pub(crate) struct ExactField {
     poles: [Option<BoundaryTerm>; 4],
-    remainders: [[Complex; 3]; POINTS],
+    remainders: [[HalfWave; 3]; 2],
 }
 
 impl ExactField {
-    /// `boundaries` are those of the angles.
-    pub(crate) fn of(angles: &WedgeAngles, boundaries: &[Deviation; 4], spread: &Spread) -> Self {
+    pub(crate) fn of(angles: &WedgeAngles, boundaries: &Boundaries, spread: &Spread) -> Self {
         let n = angles.n;
         let q = 0.5 * (spread.distance_m / spread.length_m).clamp(0.0, 0.25);
         let whole = angles.grazing_factor();
-        let mut poles = [None; 4];
-        let mut residues = [0.0; 4];
-        for (i, boundary) in boundaries.iter().enumerate() {
-            if boundary.epsilon.abs() >= FARTHEST_POLE {
+        let mut result = Self {
+            poles: [None; 4],
+            remainders: [[HalfWave::default(); 3]; 2],
+        };
+        let mut terms = RemainderTerms {
+            q,
+            exponent: 1.0 / n,
+            outside: whole * FRAC_1_SQRT_2 / (n * PI),
+            boundaries: [BoundaryRemainder::default(); 4],
+        };
+        for (i, term) in terms.boundaries.iter_mut().enumerate() {
+            let (epsilon, sine) = (boundaries.epsilon[i], boundaries.half_sine[i]);
+            let (slow_sine, slow_cosine) = (boundaries.slow_sine[i], boundaries.slow_cosine[i]);
+            term.sine = (slow_sine * slow_cosine).copysign(epsilon);
+            term.slow_square = slow_sine * slow_sine;
+            if epsilon.abs() >= FARTHEST_POLE {
                 continue;
             }
-            let sine = boundary.half_sine;
             let width = (1.0 - 8.0 * q * sine * sine).sqrt();
-            poles[i] = Some(BoundaryTerm {
-                amplitude: -0.5 * whole * 1f64.copysign(boundary.epsilon) / width,
+            let pole = BoundaryTerm {
+                amplitude: (-0.5 * whole / width).copysign(-epsilon),
                 argument: 4.0 * sine * sine / (1.0 + width),
-            });
-            residues[i] = 2.0 * n * sine / (width * (1.0 + width).sqrt());
+            };
+            term.pole = pole.argument;
+            term.residue = (2.0 * n * sine / (width * (1.0 + width).sqrt())).copysign(epsilon);
+            result.poles[i] = Some(pole);
         }
-        let outside = Complex::new(0.0, whole / (n * PI)) * Complex::cis(0.25 * PI);
-        let sines = boundaries.map(|boundary| 0.5 * (boundary.epsilon / n).sin());
-        let remainders = AT_POINTS.map(|(tau, cosh)| {
-            let point_weight = outside * (STEP * cosh);
-            let sigma = Complex::new(0.0, -tau * tau);
-            let longer = Complex::ONE + sigma * q;
-            let v = sigma * longer;
-            let above = Complex::ONE + v * 0.5;
-            // e^(y/2n), which determines sinh²(y/2n).
-            let power = ((v * 0.5).sqrt() + above.sqrt()).powf(1.0 / n);
-            let sinh = (power - Complex::ONE / power) * 0.5;
-            let sinh_squared = sinh * sinh;
-            let common = point_weight / (longer.sqrt() * above.sqrt() * SQRT_2);
-            let mut remainder = [Complex::ZERO; 3];
-            for i in 0..4 {
-                let below = sinh_squared + Complex::new(boundaries[i].slow_sine.powi(2), 0.0);
-                let mut value = common * sines[i] / below;
-                if let Some(pole) = poles[i] {
-                    let away = sigma + Complex::new(pole.argument, 0.0);
-                    value = value - point_weight * residues[i] / away;
-                }
-                remainder[i.saturating_sub(1)] += value;
-            }
-            remainder
-        });
-        Self { poles, remainders }
+        fill_remainders(LaneSet::best(), &terms, &mut result.remainders);
+        result
     }
 
     /// Mixes the field into that of the uniform theory, by the weights of bands.
     pub(crate) fn mix(&self, kl: &[f64; HALF], weights: &[f64; HALF], uniform: &mut [HalfWave; 3]) {
-        let decays = AT_POINTS.map(|(tau, _)| {
-            std::array::from_fn(|b| match weights[b] > 0.0 {
-                true => (-kl[b] * (tau * tau)).exp(),
-                false => 0.0,
-            })
-        });
         let mut exact = BoundaryWaves::default();
-        boundary_waves(LaneSet::best(), &self.poles, kl, &mut exact);
         let lanes = LaneSet::best();
-        mix_remainders(
-            lanes,
-            &self.remainders,
-            &decays,
-            &exact.parts,
-            weights,
-            uniform,
-        );
+        boundary_waves(lanes, &self.poles, kl, &mut exact);
+        mix_remainders(lanes, &self.remainders, kl, &exact.parts, weights, uniform);
+    }
+}
+
+/// What the remainder of one boundary needs.
+#[derive(Clone, Copy, Default)]
+struct BoundaryRemainder {
+    /// Half of sin(ε/n), and sin²(ε/2n).
+    sine: f64,
+    slow_square: f64,
+    /// kLΔ over kL of a pole that is taken out, and its residue; 0 without one.
+    pole: f64,
+    residue: f64,
+}
+
+/// What the remainders at the points need.
+struct RemainderTerms {
+    q: f64,
+    /// 1/n.
+    exponent: f64,
+    /// Size of the real and the imaginary part of the factor on the integral, which is on the bisector between −1 and j.
+    outside: f64,
+    boundaries: [BoundaryRemainder; 4],
+}
+
+kernel! {
+    /// The remainders of the parts at the points. Points are lanes.
+    fn fill_remainders<Wide>(terms: &RemainderTerms, result: &mut [[HalfWave; 3]; 2]) {
+        let (zero, one) = (Wide::Doubles::splat(0.0), Wide::Doubles::splat(1.0));
+        let half = Wide::Doubles::splat(0.5);
+        let q = Wide::Doubles::splat(terms.q);
+        for row in 0..2 {
+            let tau = Wide::Doubles::load(&TAU[row]);
+            let cosh = Wide::Doubles::load(&COSH[row]);
+            let size = cosh.mul(Wide::Doubles::splat(STEP * terms.outside));
+            let point_weight = ComplexLanes { re: zero.sub(size), im: size };
+            // σ = −jτ², and −σ.
+            let square = tau.mul(tau);
+            let sigma = ComplexLanes { re: zero, im: zero.sub(square) };
+            let longer = ComplexLanes { re: one, im: zero.sub(square.mul(q)) };
+            // v = cosh y − 1, halved; √(v/2) + √(1 + v/2) is e^(y/2).
+            let halved = sigma.mul(longer).scale(half);
+            let above = ComplexLanes { re: one.add(halved.re), im: halved.im };
+            let root_above = root_of_lower_half(above);
+            let grown = root_of_lower_half(halved).add(root_above);
+            let sinh_squared = sinh_squared_of_power(grown, Wide::Doubles::splat(terms.exponent));
+            let roots = root_of_lower_half(longer).mul(root_above);
+            let common = point_weight.div(roots.scale(Wide::Doubles::splat(SQRT_2)));
+            for part in 0..3 {
+                let mut remainder = ComplexLanes::splat(0.0, 0.0);
+                // The incident wave has two boundaries.
+                let (first, last) = if part == 0 { (0, 2) } else { (part + 1, part + 2) };
+                for boundary in &terms.boundaries[first..last] {
+                    let below = ComplexLanes {
+                        re: sinh_squared.re.add(Wide::Doubles::splat(boundary.slow_square)),
+                        im: sinh_squared.im,
+                    };
+                    let value = common.scale(Wide::Doubles::splat(boundary.sine)).div(below);
+                    remainder = remainder.add(value);
+                    if boundary.residue != 0.0 {
+                        let away = ComplexLanes { re: Wide::Doubles::splat(boundary.pole), im: sigma.im };
+                        let residue = Wide::Doubles::splat(boundary.residue);
+                        remainder = remainder.sub(point_weight.scale(residue).div(away));
+                    }
+                }
+                result[row][part].store(remainder);
+            }
+        }
     }
 }
 
 kernel! {
     /// Adds the remainders to the poles' waves, and mixes their sum with the uniform theory's. Bands are lanes.
     fn mix_remainders<Wide>(
-        remainders: &[[Complex; 3]; POINTS],
-        decays: &[[f64; HALF]; POINTS],
+        remainders: &[[HalfWave; 3]; 2],
+        kl: &[f64; HALF],
         poles: &[HalfWave; 3],
         weights: &[f64; HALF],
         uniform: &mut [HalfWave; 3],
     ) {
         let weights = Wide::Doubles::load(weights);
         let one = Wide::Doubles::splat(1.0);
+        // From here on the exact field has no weight.
+        let kl = Wide::Doubles::load(kl).min(Wide::Doubles::splat(UNIFORM_KL));
+        let mut exact = [ComplexLanes::splat(0.0, 0.0); 3];
         for part in 0..3 {
-            let mut exact = poles[part].load::<Wide::Doubles>();
-            for point in 0..POINTS {
-                let remainder = &remainders[point][part];
-                let decay = Wide::Doubles::load(&decays[point]);
-                exact = exact.add(ComplexLanes::splat(remainder.re, remainder.im).scale(decay));
+            exact[part] = poles[part].load::<Wide::Doubles>();
+        }
+        for point in 0..POINTS {
+            let (row, lane) = (point / HALF, point % HALF);
+            let tau = TAU[row][lane];
+            let decay = decay(kl.mul(Wide::Doubles::splat(tau * tau)));
+            for part in 0..3 {
+                let remainder = remainders[row][part].at(lane);
+                let remainder = ComplexLanes::splat(remainder.re, remainder.im);
+                exact[part] = exact[part].add_scaled(remainder, decay);
             }
-            let other = uniform[part].load();
+        }
+        for part in 0..3 {
+            let (exact, other) = (exact[part], uniform[part].load());
             let mixed = exact.scale(weights).add(other.scale(one.sub(weights)));
             let mixed = ComplexLanes::select_at_most(weights, Wide::Doubles::splat(0.0), other, mixed);
             uniform[part].store(ComplexLanes::select_at_most(one, weights, exact, mixed));
@@ -157,11 +230,12 @@ mod tests {
 
     #[test]
     fn quadrature_points_are_hyperbolic_functions_of_even_steps() {
-        for (point, (tau, cosh)) in AT_POINTS.into_iter().enumerate() {
+        for point in 0..POINTS {
+            let (row, lane) = (point / HALF, point % HALF);
             let u = (point as f64 + 0.5) * STEP;
             // Libraries differ in the last bit.
-            assert!((tau / u.sinh() - 1.0).abs() < 1e-15, "{point}");
-            assert!((cosh / u.cosh() - 1.0).abs() < 1e-15, "{point}");
+            assert!((TAU[row][lane] / u.sinh() - 1.0).abs() < 1e-15, "{point}");
+            assert!((COSH[row][lane] / u.cosh() - 1.0).abs() < 1e-15, "{point}");
         }
     }
 }

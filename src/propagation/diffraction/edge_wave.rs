@@ -20,6 +20,7 @@ use crate::propagation::image_source::sequence::{Interaction, interaction_path_i
 use crate::propagation::path::{MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use crate::scene::Scene;
 use crate::scene::edges::{Edge, EdgeCrossing};
+use crate::simd::elementary::turned;
 use crate::simd::{ComplexLanes, Doubles, LaneSet, kernel};
 
 /// Distance of [`sight_point`] from its edge in metres: a third surface that touches the edge does not occlude it.
@@ -104,31 +105,30 @@ pub(super) fn field_of_faces(
     let wavenumbers = wavenumbers(scene);
     let kl = wavenumbers.map(|wavenumber| wavenumber * spread.distance_m);
     let mut waves = wedge_waves(&angles, spread, &kl);
-    let of_faces = waves.halves.map(|half| {
-        [0, 1].map(|face| FaceFactors {
-            continued: from_fn(|b| weight(face, half.parts[1 + face].at(b))),
-            cosine: cosines[face],
-            ..FaceFactors::default()
-        })
-    });
+    let mut of_faces = [[FaceFactors::default(); 2]; 2];
+    for (half, of_faces) in waves.halves.iter().zip(&mut of_faces) {
+        for (face, factors) in of_faces.iter_mut().enumerate() {
+            factors.cosine = cosines[face];
+            let part = &half.waves.parts[1 + face];
+            for (b, continued) in factors.continued.iter_mut().enumerate() {
+                *continued = weight(face, part.at(b));
+            }
+        }
+    }
     truncate(&mut waves, crossing, &wavenumbers, &kl);
     let (mut incident, mut reflected) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
-    for (half, (kl, mut of_faces)) in halves(&kl).iter().zip(of_faces).enumerate() {
+    for (half, (kl, of_faces)) in halves(&kl).iter().zip(&mut of_faces).enumerate() {
         let first = half * HALF;
         for (factors, face) in of_faces.iter_mut().zip(faces) {
-            factors.impedance = from_fn(|b| f64::from(face.impedance[first + b]));
-            factors.residue = from_fn(|b| f64::from(face.residue[first + b]));
+            for b in 0..HALF {
+                factors.impedance[b] = f64::from(face.impedance[first + b]);
+                factors.residue[b] = f64::from(face.residue[first + b]);
+            }
         }
         let loss = from_fn(|b| f64::from(loss[first + b]));
+        let parts = &waves.halves[half].waves.parts;
         let mut result = [HalfWave::default(); 2];
-        combine(
-            LaneSet::best(),
-            &waves.halves[half].parts,
-            &loss,
-            &of_faces,
-            kl,
-            &mut result,
-        );
+        combine(LaneSet::best(), parts, &loss, of_faces, kl, &mut result);
         for b in 0..HALF {
             incident[first + b] = result[0].at(b);
             reflected[first + b] = result[1].at(b);
@@ -195,11 +195,11 @@ fn truncate(
         // At the nearer of the incident wave's boundaries, and at those of the faces' reflections.
         let boundaries = [incident, 2, 3];
         let arguments = boundaries.map(|boundary| kl.map(|kl| kl * arguments[boundary]));
-        let whole = match &half.alone {
-            Some(alone) => boundaries.map(|boundary| alone[boundary]),
-            None => arguments.map(|argument| transition_of_half(&argument)),
+        let whole = match half.is_uniform {
+            true => boundaries.map(|boundary| half.waves.alone[boundary]),
+            false => arguments.map(|argument| transition_of_half(&argument)),
         };
-        ends.truncate(index, &arguments, &whole, weight, &mut half.parts);
+        ends.truncate(index, &arguments, &whole, weight, &mut half.waves.parts);
     }
 }
 
@@ -260,14 +260,34 @@ pub fn spread(crossing: &EdgeCrossing) -> Spread {
     }
 }
 
+/// e^(−jkl) for each wavenumber k and a length l in metres: the delay of a wave that travels farther.
+pub(super) fn delays(wavenumbers: &[f64; BANDS], length_m: f64) -> ComplexBands {
+    let (mut result, phases) = ([Complex::ZERO; BANDS], wavenumbers.map(|k| -k * length_m));
+    for (half, phases) in halves(&phases).iter().enumerate() {
+        let mut wave = HalfWave::default();
+        turn(LaneSet::best(), phases, &mut wave);
+        (0..HALF).for_each(|b| result[half * HALF + b] = wave.at(b));
+    }
+    result
+}
+
+kernel! {
+    /// Waves of phases. Bands are lanes.
+    fn turn<Wide>(phases: &[f64; HALF], result: &mut HalfWave) {
+        result.store(turned(Wide::Doubles::load(phases)));
+    }
+}
+
 /// The signed magnitude of a wave. Its phase is 0 to −45° in the shadow and 180° to 135° on the lit side, so the part
 /// along −22.5° has the sign; between the two the magnitude fades to 0.
 pub fn real_gain(wave: Complex) -> f64 {
+    /// e^(jπ/8).
+    const BACK: Complex = Complex::new(0.923_879_532_511_286_7, 0.382_683_432_365_089_8);
     let size = wave.abs();
     if size < 1e-12 {
         return 0.0;
     }
-    let along = (wave * Complex::cis(PI / 8.0)).re / size;
+    let along = (wave * BACK).re / size;
     size * (4.0 * along).clamp(-1.0, 1.0)
 }
 

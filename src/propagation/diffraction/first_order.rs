@@ -273,9 +273,13 @@ fn along_faces(
     let (from, to) = local_positions(scene, endpoints);
     let line = &scene.edge(edge);
     let mut found = scene.edge_neighbours(edge).filter_map(|other| {
+        // Most neighbours have no face of the edge.
+        let faces = scene.edge_faces(other);
+        if !faces.iter().any(|face| line.faces.contains(face)) || done.as_slice().contains(&other) {
+            return None;
+        }
         let other_line = &scene.edge(other);
-        if done.as_slice().contains(&other) || !two_edge_path::bound_narrow_face([line, other_line])
-        {
+        if !two_edge_path::bound_narrow_face([line, other_line]) {
             return None;
         }
         let [a, b] = [line, other_line].map(|line| [from, to].map(|end| line.line_distance_m(end)));
@@ -372,6 +376,13 @@ pub fn direct_field(
         let along_faces = along_faces(scene, endpoints, edge, &result.edges, rays);
         result.waves += along_faces.iter().flatten().count();
         result.edges.push(edge);
+        let along_faces = along_faces.map(|path| {
+            path.map(|(over_both_m, waves)| {
+                let later = edge_wave::delays(&wavenumbers, over_both_m - length_m);
+                let share = length_m / over_both_m * weight;
+                std::array::from_fn::<_, BANDS, _>(|b| waves[b] * later[b] * share)
+            })
+        });
         let (mut merged, mut separate) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
         for (b, &wavenumber) in wavenumbers.iter().enumerate() {
             let share = match merges {
@@ -382,24 +393,23 @@ pub fn direct_field(
             merged[b] = (field.incident[b] * share + field.reflected[b] * faces) * weight;
             separate[b] =
                 (field.incident[b] * (1.0 - share) + field.reflected[b] * (1.0 - faces)) * weight;
-            for (over_both_m, waves) in along_faces.iter().flatten() {
-                let later = Complex::cis(-wavenumber * (over_both_m - length_m));
-                let wave = waves[b] * later * (length_m / over_both_m * weight);
-                merged[b] += wave * share;
-                separate[b] += wave * (1.0 - share);
+            for waves in along_faces.iter().flatten() {
+                merged[b] += waves[b] * share;
+                separate[b] += waves[b] * (1.0 - share);
             }
         }
         let gains: BandArray = separate.map(|wave| edge_wave::real_gain(wave) as f32);
         let is_path = edge_wave::is_audible(&gains, spreading);
         let diffracted_free = free_field(scene, length_m, min_distance_m);
-        for (b, &wavenumber) in wavenumbers.iter().enumerate() {
+        let later = edge_wave::delays(&wavenumbers, field.path.detour_m);
+        for b in 0..BANDS {
             // A part too weak for a separate path remains in the direct path.
             let wave = match is_path {
                 true => merged[b],
                 false => merged[b] + separate[b],
             };
             let ratio = f64::from(diffracted_free[b]) / f64::from(free[b]).max(1e-30);
-            gain[b] += wave * Complex::cis(-wavenumber * field.path.detour_m) * ratio;
+            gain[b] += wave * later[b] * ratio;
         }
         if is_path {
             let apex = field.path.crossing.apex;

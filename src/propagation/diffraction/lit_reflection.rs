@@ -36,11 +36,13 @@ pub fn reflection_gain(
         let gain = gain.get_or_insert([Complex::ONE; BANDS]);
         let (incident, reflected) = path.waves(scene, true);
         let (detour_m, ratio) = (path.detour_m(), path.straight_m() / path.length_m());
-        for (b, wavenumber) in edge_wave::wavenumbers(scene).into_iter().enumerate() {
+        let wavenumbers = edge_wave::wavenumbers(scene);
+        let later = edge_wave::delays(&wavenumbers, detour_m);
+        for (b, &wavenumber) in wavenumbers.iter().enumerate() {
             let share = merged_share(wavenumber * detour_m);
             let faces = face_share(incident[b], reflected[b]);
             let wave = (incident[b] + reflected[b] * faces) * (share * weight);
-            gain[b] += wave * Complex::cis(-wavenumber * detour_m) * ratio;
+            gain[b] += wave * later[b] * ratio;
         }
     }
     gain.map(|gain| gain.map(|gain| gain.abs().min(1.0) as f32))

@@ -103,16 +103,16 @@ pub(super) fn transition_lanes<D: Doubles>(x: D) -> ComplexLanes<D> {
     let root = D::splat(0.5).mul(x.max(D::splat(0.0))).sqrt();
     let (far_re, near_re) = (D::splat(L).add(root), D::splat(L).sub(root));
     let square = root.mul(root);
-    let size = far_re.mul(far_re).add(square);
-    let minus_root = D::splat(-0.0).sub(root);
-    let ratio = ComplexLanes {
-        re: near_re.mul(far_re).sub(square).div(size),
-        im: minus_root.mul(far_re).sub(near_re.mul(root)).div(size),
-    };
+    let over_size = D::splat(1.0).div(far_re.mul_add(far_re, square));
     let inverse = ComplexLanes {
-        re: far_re.div(size),
-        im: minus_root.div(size),
+        re: far_re.mul(over_size),
+        im: D::splat(-0.0).sub(root).mul(over_size),
     };
+    let ratio = ComplexLanes {
+        re: near_re,
+        im: D::splat(-0.0).sub(root),
+    }
+    .mul(inverse);
     let mut sum = ComplexLanes::splat(COEFFICIENTS[0], 0.0);
     for coefficient in &COEFFICIENTS[1..] {
         sum = sum.mul(ratio);
@@ -150,8 +150,7 @@ kernel! {
             if let Some(term) = &terms[boundary] {
                 let alone = transition_lanes(kl.mul(Wide::Doubles::splat(term.argument)));
                 result.alone[boundary].store(alone);
-                let wave = alone.scale(Wide::Doubles::splat(term.amplitude));
-                parts[part] = parts[part].add(wave);
+                parts[part] = parts[part].add_scaled(alone, Wide::Doubles::splat(term.amplitude));
             }
         }
         for part in 0..3 {

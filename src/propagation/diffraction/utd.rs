@@ -9,10 +9,10 @@
 use crate::acoustics::BANDS;
 use crate::propagation::diffraction::biot_tolstoy::{self, ExactField};
 use crate::propagation::diffraction::transition::{
-    BoundaryTerm, BoundaryWaves, HALF, HalfWave, boundary_waves, halves,
+    BoundaryTerm, BoundaryWaves, HALF, boundary_waves, halves,
 };
 use crate::propagation::diffraction::wedge_geometry::{
-    Deviation, DiffractedField, Spread, WedgeAngles,
+    Boundaries, DiffractedField, Spread, WedgeAngles,
 };
 use crate::simd::LaneSet;
 
@@ -27,7 +27,7 @@ pub fn wedge_field(
 ) -> [DiffractedField; BANDS] {
     let halves = wedge_waves(angles, spread, kl).halves;
     std::array::from_fn(|b| {
-        let part = |part: usize| halves[b / HALF].parts[part].at(b % HALF);
+        let part = |part: usize| halves[b / HALF].waves.parts[part].at(b % HALF);
         DiffractedField {
             incident: part(0),
             first_face: part(1),
@@ -46,17 +46,16 @@ pub(crate) struct WedgeWaves {
 /// The field of a wedge in half of the bands.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct HalfField {
-    /// In the order of [`DiffractedField`]'s parts.
-    pub(crate) parts: [HalfWave; 3],
-    /// The transition function at each boundary, if the uniform theory has a share in any band.
-    pub(crate) alone: Option<[HalfWave; 4]>,
+    pub(crate) waves: BoundaryWaves,
+    /// Whether the uniform theory has a share in any band: otherwise there are no transition functions.
+    pub(crate) is_uniform: bool,
 }
 
 /// [`wedge_field`] by halves of the bands.
 pub(crate) fn wedge_waves(angles: &WedgeAngles, spread: &Spread, kl: &[f64; BANDS]) -> WedgeWaves {
     let scale = -angles.grazing_factor() / (2.0 * angles.n);
     let boundaries = angles.boundaries();
-    let terms = boundaries.map(|deviation| boundary_term(&deviation, angles.n, scale));
+    let terms = [0, 1, 2, 3].map(|i| boundary_term(&boundaries, i, angles.n, scale));
     let mut result = WedgeWaves {
         halves: [HalfField::default(); 2],
         arguments: terms.map(|term| term.argument),
@@ -66,27 +65,27 @@ pub(crate) fn wedge_waves(angles: &WedgeAngles, spread: &Spread, kl: &[f64; BAND
     for (half, kl) in result.halves.iter_mut().zip(&halves(kl)) {
         let weights = kl.map(biot_tolstoy::weight);
         if weights.iter().any(|weight| *weight < 1.0) {
-            let mut waves = BoundaryWaves::default();
-            boundary_waves(LaneSet::best(), &terms, kl, &mut waves);
-            (half.parts, half.alone) = (waves.parts, Some(waves.alone));
+            boundary_waves(LaneSet::best(), &terms, kl, &mut half.waves);
+            half.is_uniform = true;
         }
         if weights.iter().any(|weight| *weight > 0.0) {
             let exact = exact.get_or_insert_with(|| ExactField::of(angles, &boundaries, spread));
-            exact.mix(kl, &weights, &mut half.parts);
+            exact.mix(kl, &weights, &mut half.waves.parts);
         }
     }
     result
 }
 
-fn boundary_term(deviation: &Deviation, n: f64, scale: f64) -> BoundaryTerm {
-    let slow = deviation.epsilon.abs() / (2.0 * n);
-    let ratio = match slow < 1e-9 {
+fn boundary_term(boundaries: &Boundaries, i: usize, n: f64, scale: f64) -> BoundaryTerm {
+    let (slow_sine, half_sine) = (boundaries.slow_sine[i], boundaries.half_sine[i]);
+    let ratio = match slow_sine < 1e-9 {
         true => n,
-        false => deviation.half_sine.abs() / deviation.slow_sine,
+        false => half_sine / slow_sine,
     };
     BoundaryTerm {
-        amplitude: 1f64.copysign(deviation.epsilon) * deviation.slow_cosine * ratio * scale,
-        argument: 2.0 * deviation.half_sine.powi(2),
+        amplitude: (boundaries.slow_cosine[i] * ratio * scale)
+            .copysign(boundaries.epsilon[i] * scale),
+        argument: 2.0 * half_sine * half_sine,
     }
 }
 

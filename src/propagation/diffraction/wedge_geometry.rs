@@ -6,6 +6,8 @@ use glam::DVec3;
 
 use crate::propagation::diffraction::complex::Complex;
 use crate::scene::edges::{Edge, EdgeCrossing};
+use crate::simd::elementary::sine_cosine;
+use crate::simd::{Doubles, LaneSet, kernel};
 
 /// Directions of the incoming and the outgoing ray around a wedge.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,16 +71,40 @@ pub fn on_side(edge: &Edge, crossing: &EdgeCrossing, is_lit: bool) -> EdgeCrossi
     }
 }
 
-/// An angle ε from the boundary of a wave.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Deviation {
+/// The angles ε from the four boundaries ([`WedgeAngles::deviations`]), and functions of them.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Boundaries {
     /// ε in radians.
-    pub(crate) epsilon: f64,
-    /// sin(ε/2).
-    pub(crate) half_sine: f64,
+    pub(crate) epsilon: [f64; 4],
+    /// |sin(ε/2)|.
+    pub(crate) half_sine: [f64; 4],
     /// Sine and cosine of |ε|/2n.
-    pub(crate) slow_sine: f64,
-    pub(crate) slow_cosine: f64,
+    pub(crate) slow_sine: [f64; 4],
+    pub(crate) slow_cosine: [f64; 4],
+}
+
+kernel! {
+    /// The sines and cosines of boundaries, whose ε are given. Boundaries are lanes.
+    fn fill_sines<Wide>(n: f64, boundaries: &mut Boundaries) {
+        let epsilon = Wide::Doubles::load(&boundaries.epsilon);
+        let size = epsilon.max(Wide::Doubles::splat(0.0).sub(epsilon));
+        // |ε|/2 reaches nπ/2, up to π; both angles have the same sine.
+        let half = Wide::Doubles::splat(0.5).mul(size);
+        let (half_sine, _) = sine_cosine(half.min(Wide::Doubles::splat(PI).sub(half)));
+        let (sine, cosine) = sine_cosine(half.div(Wide::Doubles::splat(n)));
+        half_sine.store(&mut boundaries.half_sine);
+        sine.store(&mut boundaries.slow_sine);
+        cosine.store(&mut boundaries.slow_cosine);
+    }
+}
+
+kernel! {
+    /// Sines of angles from 0 to 2π. Beyond π, where rays are below a face, only the sign is exact.
+    fn sines<Wide>(angles: &[f64; 4], result: &mut [f64; 4]) {
+        let angles = Wide::Doubles::load(angles);
+        let (sine, _) = sine_cosine(angles.min(Wide::Doubles::splat(PI).sub(angles)));
+        sine.store(result);
+    }
 }
 
 impl WedgeAngles {
@@ -103,12 +129,17 @@ impl WedgeAngles {
     /// Cosines of incidence on the two faces at the boundaries of their reflections, for the reflection factors.
     /// Reciprocal: the same with source and listener exchanged.
     pub fn face_cosines(&self, sin_edge: f64) -> [f64; 2] {
-        let steeper = |a: f64, b: f64| (a.sin().max(b.sin()) * sin_edge).clamp(0.0, 1.0);
         let far = self.n * PI;
-        [
-            steeper(self.incoming, self.outgoing),
-            steeper(far - self.incoming, far - self.outgoing),
-        ]
+        let angles = [
+            self.incoming,
+            self.outgoing,
+            far - self.incoming,
+            far - self.outgoing,
+        ];
+        let mut result = [0.0; 4];
+        sines(LaneSet::best(), &angles, &mut result);
+        let steeper = |a: f64, b: f64| (a.max(b) * sin_edge).clamp(0.0, 1.0);
+        [steeper(result[0], result[1]), steeper(result[2], result[3])]
     }
 
     /// Argument x of the transition function at the nearest shadow boundary of the incident wave. `wavenumber` in rad/m,
@@ -142,22 +173,21 @@ impl WedgeAngles {
     }
 
     /// [`Self::deviations`] with their sines.
-    pub(crate) fn boundaries(&self) -> [Deviation; 4] {
-        self.deviations().map(|epsilon| {
-            let (slow_sine, slow_cosine) = (epsilon.abs() / (2.0 * self.n)).sin_cos();
-            Deviation {
-                epsilon,
-                half_sine: (0.5 * epsilon).sin(),
-                slow_sine,
-                slow_cosine,
-            }
-        })
+    pub(crate) fn boundaries(&self) -> Boundaries {
+        let mut result = Boundaries {
+            epsilon: self.deviations(),
+            ..Boundaries::default()
+        };
+        fill_sines(LaneSet::best(), self.n, &mut result);
+        result
     }
 
     fn deviation(&self, beta: f64) -> f64 {
         let period = 2.0 * PI * self.n;
         let from = PI + beta;
-        from - period * (from / period).round()
+        // Half a turn more than the greatest angle is less than one and a half periods.
+        let turns = from / period;
+        from - period * (f64::from(u8::from(turns >= 0.5)) - f64::from(u8::from(turns <= -0.5)))
     }
 }
 

@@ -62,6 +62,22 @@ impl Doubles for TwoPairs {
     }
 
     #[inline(always)]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        Self(
+            neon!(vfmaq_f64(term.0, self.0, factor.0)),
+            neon!(vfmaq_f64(term.1, self.1, factor.1)),
+        )
+    }
+
+    #[inline(always)]
+    fn neg_mul_add(self, factor: Self, term: Self) -> Self {
+        Self(
+            neon!(vfmsq_f64(term.0, self.0, factor.0)),
+            neon!(vfmsq_f64(term.1, self.1, factor.1)),
+        )
+    }
+
+    #[inline(always)]
     fn max(self, other: Self) -> Self {
         let masks = [
             neon!(vcgtq_f64(self.0, other.0)),

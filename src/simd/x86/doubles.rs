@@ -14,7 +14,7 @@ pub(crate) struct Ymm64(__m256d);
 macro_rules! avx2 {
     ($call:expr) => {
         // SAFETY: loads and stores take references to four f64 and need no alignment; beyond that the intrinsics need
-        // only AVX2, and values of this type exist only in kernels entered with the proof of it.
+        // only AVX2 and FMA, and values of this type exist only in kernels entered with the proof of it.
         unsafe { $call }
     };
 }
@@ -54,6 +54,16 @@ impl Doubles for Ymm64 {
         div _mm256_div_pd;
         max _mm256_max_pd;
         min _mm256_min_pd;
+    }
+
+    #[inline(always)]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        Self(avx2!(_mm256_fmadd_pd(self.0, factor.0, term.0)))
+    }
+
+    #[inline(always)]
+    fn neg_mul_add(self, factor: Self, term: Self) -> Self {
+        Self(avx2!(_mm256_fnmadd_pd(self.0, factor.0, term.0)))
     }
 
     #[inline(always)]

@@ -198,6 +198,15 @@ impl Scene {
         *found.unwrap_or(&NO_EDGE)
     }
 
+    /// Surfaces of an edge's faces ([`Edge::faces`]), without its geometry.
+    pub(crate) fn edge_faces(&self, index: u32) -> [u32; 2] {
+        let has_instances = numbering::is_instance(index) || self.instances.fixed.is_some();
+        match self.edges().as_slice().get(index as usize) {
+            Some(edge) if !has_instances => edge.faces,
+            _ => self.edge(index).faces,
+        }
+    }
+
     /// All edges in local coordinates: those of the fixed part, and of each instance as joining has left them.
     pub fn all_edges(&self) -> impl Iterator<Item = Edge> + '_ {
         let joined = self.instances.fixed.as_ref();
