@@ -3,7 +3,7 @@
 //! Audio side; arithmetic. The sound thread computes a part of a graphics frame in each block, which evens out the block
 //! times. Work is counted, not timed: equal budgets produce equal parts. The frame is bit-identical for all budgets.
 
-/// Work in units of some 600 instructions, 100 to 120 ns on a desktop core.
+/// Work in units of some 600 instructions, 70 to 120 ns on a desktop core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WorkBudget {
     limit: u32,
@@ -65,7 +65,7 @@ pub(crate) mod cost {
     /// The points of a diffracted path.
     pub(crate) const DIFFRACTED: usize = 15;
     /// The diffracted wave of one edge, with what is looked for along its faces.
-    pub(crate) const WAVE: usize = 17;
+    pub(crate) const WAVE: usize = 27;
     /// On which sides of its boundaries the wave of an edge is: a thousand instructions, as many as a ray takes, about.
     pub(crate) const SIDES: usize = 1;
     /// The same of an extrapolated path around edges, with its points.

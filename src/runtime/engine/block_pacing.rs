@@ -48,8 +48,9 @@ const SETTLING_FRAMES: u32 = 8;
 /// Weight of a new frame in the mean work.
 const MEAN_WEIGHT: f64 = 1.0 / 16.0;
 
-/// Seconds of a unit of work on a fast desktop core.
-const UNIT_S: f64 = 1e-7;
+/// Seconds of a unit of work on a fast desktop core: 600 instructions at 8.5 a nanosecond, as an EPYC of 3.66 GHz (Zen 4) computes
+/// direct sound and updates, and an eighth more.
+const UNIT_S: f64 = 8e-8;
 
 /// Length of a graphics frame in blocks, at least 1.
 fn whole_blocks(frame_s: f64, block_s: f64) -> u32 {
@@ -236,8 +237,8 @@ mod tests {
     fn a_large_frame_takes_more_blocks_once() {
         let block_s = 256.0 / 44_100.0;
         let mut pace = BlockPacing::new(block_s, true, 1);
-        // In tenths of a microsecond, and the piece that was begun.
-        let bound = (MAX_SHARE * block_s / 1e-7) as u32 + 50;
+        // In units, and the piece that was begun.
+        let bound = (MAX_SHARE * block_s / UNIT_S) as u32 + 50;
         for work in [18_000, 18_000, 30_000] {
             let (blocks, most) = spread(&mut pace, work);
             assert!(most <= bound, "{most}");
@@ -285,10 +286,10 @@ mod tests {
             }
             pace.effort_steps
         };
-        // 8 % of 16.7 ms are 13,333 units.
-        assert_eq!(run(12_000), 0);
-        // 16,000 times 0.92² are too many.
-        assert_eq!(run(16_000), 3);
+        // 8 % of 16.7 ms are 16,667 units.
+        assert_eq!(run(15_000), 0);
+        // 20,000 times 0.92² are too many.
+        assert_eq!(run(20_000), 3);
         assert_eq!(run(200_000), FrameEffort::MOST_STEPS);
         assert_eq!(run(4_000), 0);
     }
