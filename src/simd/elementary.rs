@@ -124,7 +124,7 @@ pub(crate) fn turned<D: Doubles>(phase: D) -> ComplexLanes<D> {
     const TO_WHOLE: f64 = 6_755_399_441_055_744.0;
     /// π in two parts; the last 27 bits of the first are 0, so its multiples are exact.
     const PI_HIGH: f64 = 3.141_592_621_803_283_7;
-    const PI_LOW: f64 = 3.178_650_954_705_639_4e-8;
+    const PI_LOW: f64 = 3.178650954705639e-08;
     let turns = phase.mul(D::splat(0.5 * FRAC_1_PI));
     let whole = turns.add(D::splat(TO_WHOLE)).sub(D::splat(TO_WHOLE));
     // With φ = 2r the real part is 1 − 2 sin² r, the imaginary one 2 sin r cos r.

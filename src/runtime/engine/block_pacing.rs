@@ -6,8 +6,9 @@
 
 use crate::extrapolation::{FrameEffort, WorkBudget};
 
-/// Work that a block always does for each listener: less than 0.1 ms of a desktop's core.
-const AT_ONCE: u32 = 600;
+/// Work that a block may always do for each listener: 0.16 ms of a desktop's core. A few sources make no block long, but a late frame
+/// keeps those after it late for a tenth of a second.
+const AT_ONCE: u32 = 2_000;
 
 /// Graphics frames in which the peak of their work decays to a third: frames in which an update arrives do more than others,
 /// and the peak lasts from one to the next. A peak that is higher above
@@ -16,8 +17,8 @@ const PEAK_FRAMES: u32 = 512;
 const OUTLIER_RATIO: f64 = 1.5;
 const OUTLIER_FRAMES: u32 = 8;
 
-/// Factor on the even part, for frames slightly larger than the last.
-const SPARE: f64 = 1.1;
+/// Factor on the even part, for frames larger than the last ones.
+const SPARE: f64 = 1.25;
 
 /// Greatest work of a block as a fraction of its period on a desktop's core. A larger frame (in a new scene, where
 /// every path is new) needs more blocks and delays the next one.
