@@ -283,7 +283,7 @@ impl SourceTask {
 
     /// Whether none of the source's rays has left energy at the patches of the field.
     pub(super) fn is_outside_field(&self) -> bool {
-        self.last_position.is_some() && self.late.is_outside_field()
+        self.late.is_outside_field()
     }
 
     /// The field's patches have changed in a scene revision: its rays are cast again, each rotation in its turn.
@@ -291,11 +291,11 @@ impl SourceTask {
         self.late.follow_patches(scene, scene_state);
     }
 
-    /// Drops what the source has left at the patches of an earlier field: as after a jump, all rotations are due.
+    /// Drops what the source has left at the patches of an earlier field: as after a jump, all rotations are due. One that moves
+    /// goes on moving: its rays start where later ones do.
     pub(super) fn forget_late(&mut self) {
         self.late = LateEstimator::default();
         self.missing_rotations = ROTATIONS as usize;
-        self.last_position = None;
     }
 
     /// Casts the source's rays of rotation `turn` and estimates the late field. The rays of a moving source start at fixed

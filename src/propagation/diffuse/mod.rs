@@ -287,9 +287,10 @@ impl LateEstimator {
         self.sequences.of((rotation % ROTATIONS) as usize, most)
     }
 
-    /// Whether no ray of any rotation has left energy at the scene's patches.
+    /// Whether rays have been cast, and none of any rotation has left energy at the scene's patches.
     pub(crate) fn is_outside_field(&self) -> bool {
-        (0..ROTATIONS as usize).all(|rotation| self.deposits.of(rotation).is_empty())
+        self.entries.iter().any(|entry| entry.filled)
+            && (0..ROTATIONS as usize).all(|rotation| self.deposits.of(rotation).is_empty())
     }
 
     /// Makes all cached rays invalid; the estimate stays.
