@@ -293,6 +293,15 @@ impl LateEstimator {
             && (0..ROTATIONS as usize).all(|rotation| self.deposits.of(rotation).is_empty())
     }
 
+    /// Distance in metres from a source's position to where the rays of a rotation were cast; infinite if none were.
+    pub(crate) fn distance_m(&self, rotation: u64, source: DVec3) -> f64 {
+        let entry = &self.entries[(rotation % ROTATIONS) as usize];
+        match entry.filled {
+            true => entry.origin.distance(source),
+            false => f64::INFINITY,
+        }
+    }
+
     /// Makes all cached rays invalid; the estimate stays.
     pub fn invalidate_rays(&mut self) {
         for entry in &mut self.entries {
