@@ -223,10 +223,10 @@ pub(super) fn step_aside(moved: &mut [SourcePose], sources: &[SourcePose], step:
     }
 }
 
-/// Moves each source by a step of the walk, three metres to and fro.
+/// Moves each source by a step of the walk, three metres to and fro, after three updates at rest.
 pub(super) fn stroll(moved: &mut [SourcePose], sources: &[SourcePose], step: usize) {
     const TURN: usize = 40;
-    let steps = TURN.abs_diff(step % (2 * TURN));
+    let steps = TURN.abs_diff(step.saturating_sub(2) % (2 * TURN));
     for (moved, source) in moved.iter_mut().zip(sources) {
         moved.position.x = source.position.x + STEP_M * (TURN - steps) as f32;
     }
