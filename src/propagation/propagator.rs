@@ -46,6 +46,9 @@ const SHARES: usize = 16;
 /// Most listeners of a propagator.
 const MAX_LISTENERS: usize = 16;
 
+/// Time of updates before the first one.
+const LONG_AGO_S: f64 = f64::NEG_INFINITY;
+
 /// Updates without motion of an instance after which the late field is traced anew: less than a cycle of rotations.
 const UPDATES_AT_REST: u64 = 4;
 
@@ -267,13 +270,14 @@ impl Propagator {
     pub fn warm_up(&mut self, listener: &ListenerPose, sources: &[SourcePose]) {
         let mut set = PathSet::default();
         for _ in 0..ROTATIONS {
-            self.update(listener, sources, 0.0, &mut set);
+            self.update(listener, sources, LONG_AGO_S, &mut set);
             self.round += 1;
         }
     }
 
-    /// Computes all valid paths for these poses into `result` and reuses its memory; `time_s` becomes [`PathSet::time_s`].
-    /// Runs on the calling thread.
+    /// Computes all valid paths for these poses into `result` and reuses its memory; `time_s` becomes [`PathSet::time_s`]. With
+    /// nearby paths the time since the update before bounds how many rays a source that starts to move casts at once; updates
+    /// that all have one time cast all. Runs on the calling thread.
     pub fn update(
         &mut self,
         listener: &ListenerPose,
@@ -364,6 +368,7 @@ impl Propagator {
             scene_field: field,
             listener_field: &self.listener_field,
             predicted: &self.predicted,
+            time_s,
             nearby_m: self.nearby_m,
             energies: &self.energies,
             directions: &self.source_directions,

@@ -38,6 +38,14 @@ use query::SourceQuery;
 /// leaves one of its ray origins every tenth of a second.
 const MAX_CAST_ROTATIONS: usize = 1;
 
+/// Rotations a second that a moving source recasts although their rays start near it, as far as updates tell the time: those of 60
+/// updates a second that cast one each, from the last update to the end of this one's use. All are due when it starts to walk,
+/// and what was cast at the position of rest is right there. A walking source leaves twelve of its ray origins in a second.
+const NEAR_CASTS_A_SECOND: f64 = 120.0;
+
+/// Distance of such a start from the source in metres: no more than that of most positions in a cell from its centre.
+const NEAR_M: f64 = 1.0;
+
 /// Most rotations that a source recasts in one update after a jump: none of those cast elsewhere counts.
 const CAST_AFTER_JUMP: usize = 1;
 
@@ -88,6 +96,8 @@ pub(super) struct UpdateContext<'a> {
     pub(super) scene_field: &'a SceneField,
     pub(super) listener_field: &'a ListenerField,
     pub(super) predicted: &'a [PredictedPosition],
+    /// Time of the poses in seconds.
+    pub(super) time_s: f64,
     /// See [`crate::propagation::Propagator::set_nearby_radius`].
     pub(super) nearby_m: Option<f64>,
     pub(super) energies: &'a MirrorEnergies,
@@ -160,6 +170,10 @@ pub(super) struct SourceTask {
     /// The last round in which its rays were cast, and whether the source moved then; the last in which it was put elsewhere.
     cast_in: Option<(u64, bool)>,
     jumped_in: Option<u64>,
+    /// Time of its last estimate in seconds, and the last two intervals between estimates at different times: infinite if there was
+    /// none.
+    estimated_s: Option<f64>,
+    intervals_s: [f64; 2],
     /// Rotations that are still to be cast since it was put elsewhere.
     missing_rotations: usize,
     late: LateEstimator,
@@ -283,7 +297,7 @@ impl SourceTask {
 
     /// Whether none of the source's rays has left energy at the patches of the field.
     pub(super) fn is_outside_field(&self) -> bool {
-        self.last_position.is_some() && self.late.is_outside_field()
+        self.late.is_outside_field()
     }
 
     /// The field's patches have changed in a scene revision: its rays are cast again, each rotation in its turn.
@@ -291,11 +305,24 @@ impl SourceTask {
         self.late.follow_patches(scene, scene_state);
     }
 
-    /// Drops what the source has left at the patches of an earlier field: as after a jump, all rotations are due.
+    /// Drops what the source has left at the patches of an earlier field: as after a jump, all rotations are due. One that moves
+    /// goes on moving: its rays start where later ones do.
     pub(super) fn forget_late(&mut self) {
         self.late = LateEstimator::default();
         self.missing_rotations = ROTATIONS as usize;
-        self.last_position = None;
+    }
+
+    /// Most rotations that are recast in an update at this time although their rays start near the source.
+    fn most_near_casts(&mut self, time_s: f64) -> usize {
+        if self.estimated_s != Some(time_s) {
+            let last = self.estimated_s.replace(time_s);
+            let interval_s = last.map_or(f64::INFINITY, |last| time_s - last);
+            self.intervals_s = [interval_s, self.intervals_s[0]];
+        }
+        // A short interval may precede a long one.
+        let [last_s, before_s] = self.intervals_s;
+        let count = (NEAR_CASTS_A_SECOND * last_s.max(before_s)).ceil() as usize;
+        count.clamp(1, ROTATIONS as usize)
     }
 
     /// Casts the source's rays of rotation `turn` and estimates the late field. The rays of a moving source start at fixed
@@ -335,7 +362,12 @@ impl SourceTask {
             None => missing.saturating_sub(most_missing),
         };
         // The positions of an update share the casts: about one for each rotation. A walking source leaves the cells of two or three.
-        let most_cast = (ROTATIONS as usize).div_ceil(context.predicted.len() + 1);
+        let positions = context.predicted.len() + 1;
+        let most_cast = (ROTATIONS as usize).div_ceil(positions);
+        let most_near = match (self.most_near_casts(context.time_s), missing) {
+            (most, 0) => most.div_ceil(positions),
+            _ => most_cast,
+        };
         let points = ExtentPoints::of(scene, pose, &mut self.rays);
         let mut late_at =
             |source: DVec3, listener: DVec3, cells: &VisibilityCells, field: &ListenerField| {
@@ -346,8 +378,16 @@ impl SourceTask {
                     (true, None) => MAX_CAST_ROTATIONS,
                     (true, Some(_)) => most_cast,
                 };
+                let mut left_near = match (moves, context.nearby_m) {
+                    (true, Some(_)) => most_near,
+                    _ => left,
+                };
                 let rays = &mut self.rays;
                 for turn in turn..turn + ROTATIONS {
+                    let is_near = self.late.distance_m(turn, source) <= NEAR_M;
+                    if is_near && left_near == 0 {
+                        continue;
+                    }
                     // Each rotation starts at another point: their mean is that of a source with a size.
                     let offset = points.map(|points| points.of_rotation(turn, ROTATIONS));
                     let from = offset.map_or(source, |offset| source + offset);
@@ -374,6 +414,7 @@ impl SourceTask {
                         fixed_since: context.fixed_since,
                     };
                     let is_new = self.late.cast_rays(scene, &source_rays, scratch, rays);
+                    left_near -= usize::from(is_new && is_near);
                     left -= usize::from(is_new || !moves || is_cast);
                     if left == 0 {
                         break;

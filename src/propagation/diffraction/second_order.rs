@@ -10,7 +10,7 @@ use crate::propagation::diffraction::{MAX_DETOUR_M, moving_edge_pairs};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
-use crate::scene::edges::DiffractingEdges;
+use crate::scene::edges::{DiffractingEdges, Edge};
 
 /// Most paths over two edges of one source.
 pub const MAX_TWO_EDGE_PATHS: usize = 8;
@@ -38,27 +38,32 @@ pub fn find(
         if found.length_m > longest_m {
             break;
         }
-        let edge = scene.edge(found.edge);
+        let edge = &scene.edge(found.edge);
         let (is_first, is_second) = (edge.is_outside(from), edge.is_outside(to));
         for neighbour in scene.edge_neighbours(found.edge) {
-            let other = scene.edge(neighbour);
+            let other = &scene.edge(neighbour);
             let alone = other.at(other.apex_m(from, to).clamp(0.0, other.length_m));
-            if is_in_direct_field(scene, direct, [found.edge, neighbour])
-                || from.distance(alone) + alone.distance(to) >= longest_m
+            let alone_m = from.distance(alone) + alone.distance(to);
+            let pair = ([found.edge, neighbour], [edge, other]);
+            if alone_m >= longest_m
+                || alone_m > last_m(&shortest)
+                || is_in_direct_field(direct, pair)
             {
                 continue;
             }
             if is_first
                 && other.is_outside(to)
-                && let Some(path) = TwoEdgePath::over(scene, [found.edge, neighbour], endpoints)
+                && let Some(path) = TwoEdgePath::up_to(last_m(&shortest), pair.0, pair.1, from, to)
             {
                 insert_shortest(&mut shortest, path);
             }
             // A pair of two near edges is found from its first one.
+            let reverse = ([neighbour, found.edge], [other, edge]);
             if is_second
                 && other.is_outside(from)
                 && near.as_slice().iter().all(|other| other.edge != neighbour)
-                && let Some(path) = TwoEdgePath::over(scene, [neighbour, found.edge], endpoints)
+                && let Some(path) =
+                    TwoEdgePath::up_to(last_m(&shortest), reverse.0, reverse.1, from, to)
             {
                 insert_shortest(&mut shortest, path);
             }
@@ -80,13 +85,13 @@ pub fn find(
     loudest.for_each(|(_, path)| emit(path));
 }
 
+/// Length in metres up to which a path is among the shortest: any while there is room.
+fn last_m(shortest: &[Option<TwoEdgePath>; MAX_TESTED]) -> f64 {
+    shortest[MAX_TESTED - 1].map_or(f64::INFINITY, |path| path.length_m())
+}
+
 /// Whether waves over one edge include that over two: along a narrow face, and at a corner, where the edge's end does.
-fn is_in_direct_field(scene: &Scene, direct: &DirectEdges, edges: [u32; 2]) -> bool {
-    let is_direct = edges.map(|edge| direct.as_slice().contains(&edge));
-    if !(is_direct[0] || is_direct[1]) {
-        return false;
-    }
-    let lines = edges.map(|edge| scene.edge(edge));
-    let lines = [&lines[0], &lines[1]];
-    meet_at_corner(lines) || bound_narrow_face(lines)
+fn is_in_direct_field(direct: &DirectEdges, (edges, lines): ([u32; 2], [&Edge; 2])) -> bool {
+    let is_direct = |edge| direct.as_slice().contains(edge);
+    edges.iter().any(is_direct) && (meet_at_corner(lines) || bound_narrow_face(lines))
 }

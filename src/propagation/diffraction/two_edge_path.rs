@@ -33,6 +33,9 @@ const BISECTIONS: usize = 40;
 /// Smallest slope of a length distinguishable from zero.
 const MIN_SLOPE: f64 = 1e-6;
 
+/// Relative rounding error of a lower bound of lengths: a thousand times that of a few sums and roots in `f64`.
+const BOUND_ROUNDING: f64 = 1e-12;
+
 /// Distance below which ends of edges are one corner, in metres.
 const CORNER_M: f64 = 1e-6;
 
@@ -72,6 +75,17 @@ impl TwoEdgePath {
     /// The same over given edges between local positions.
     pub(crate) fn between(
         edges: [u32; 2],
+        lines: [&Edge; 2],
+        from: DVec3,
+        to: DVec3,
+    ) -> Option<Self> {
+        Self::up_to(f64::INFINITY, edges, lines, from, to)
+    }
+
+    /// The same if it is not longer than `most_m`: most of those that are longer are known before they are found.
+    pub(crate) fn up_to(
+        most_m: f64,
+        edges: [u32; 2],
         [a, b]: [&Edge; 2],
         from: DVec3,
         to: DVec3,
@@ -81,6 +95,9 @@ impl TwoEdgePath {
         }
         let ends = common_ends([a, b]);
         let guess_m = first_guess([a, b], from, to);
+        if least_length_m([a, b], guess_m, from, to) > most_m {
+            return None;
+        }
         if ends.is_none()
             && (minimum_lies_beyond_end([a, b], guess_m[0], from, to)
                 || minimum_lies_beyond_end([b, a], guess_m[1], to, from))
@@ -90,7 +107,8 @@ impl TwoEdgePath {
         let [first, second] =
             newton([a, b], guess_m, from, to).unwrap_or_else(|| bisect([a, b], from, to));
         let leg_m = first.distance(second);
-        if leg_m < MIN_LEG_M * a.length_scale {
+        let shortest_m = from.distance(first) + leg_m + second.distance(to);
+        if leg_m < MIN_LEG_M * a.length_scale || shortest_m > most_m {
             return None;
         }
         let mut crossings = [a.crossing(from, second)?, b.crossing(first, to)?];
@@ -100,7 +118,6 @@ impl TwoEdgePath {
             crossings[0].outgoing = snapped_to_face(a, crossings[0].outgoing, air);
             crossings[1].incoming = snapped_to_face(b, crossings[1].incoming, air);
         }
-        let shortest_m = from.distance(first) + leg_m + second.distance(to);
         let mut beyond_m = crossings.iter().map(EdgeCrossing::beyond_m).sum();
         let mut excess_m = [f64::INFINITY; 2];
         let has_common_ends = ends.is_some();
@@ -323,6 +340,28 @@ fn first_guess([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> [f64; 2] {
     [a.apex_m(from, b.at(of_b_m)), of_b_m]
 }
 
+/// Lower bound of the length of a path over the lines of two edges, from the legs between two crossings.
+///
+/// The length is at least the sum of the legs' components along any three vectors of length 1 at most, of which those on both sides of
+/// an edge have the same component along it: the sum then does not depend on the crossings. The unit legs of the shortest path
+/// are such vectors. Those of other crossings become so with the middle one's components.
+fn least_length_m(
+    [a, b]: [&Edge; 2],
+    [first_m, second_m]: [f64; 2],
+    from: DVec3,
+    to: DVec3,
+) -> f64 {
+    let (first, second) = (a.at(first_m), b.at(second_m));
+    let legs = [first - from, second - first, to - second];
+    let lengths = legs.map(|leg| leg.length().max(1e-9));
+    let cosine = |edge: &Edge, leg: usize| legs[leg].dot(edge.direction) / lengths[leg];
+    let (a0, a1, b1, b2) = (cosine(a, 0), cosine(a, 1), cosine(b, 1), cosine(b, 2));
+    let sum =
+        lengths[0] * (1.0 - (a0 - a1) * a0) + lengths[1] + lengths[2] * (1.0 - (b2 - b1) * b2);
+    let longest_squared = 1.0 + (a1 * a1 - a0 * a0).max(b1 * b1 - b2 * b2).max(0.0);
+    sum / longest_squared.sqrt() * (1.0 - BOUND_ROUNDING)
+}
+
 /// Whether the shortest path over two lines crosses the first beyond an end of its edge that is not free, tested at the end
 /// that `guess_m` exceeds. Minimised over the second line the length is convex along the first, so a descent at an end is
 /// decisive.
@@ -530,7 +569,7 @@ mod tests {
     fn paths_are_the_shortest_also_around_corners() {
         let mut number = numbers();
         let mut position = |size: f64| size * DVec3::new(number(), number(), number());
-        let (mut found, mut through_corner) = (0, 0);
+        let (mut found, mut through_corner, mut close_bounds) = (0, 0, 0);
         for case in 0..2000 {
             let (corner, apart) = (position(2.0), position(1.0));
             let a = rim(corner, position(1.0).normalize());
@@ -544,6 +583,11 @@ mod tests {
             }
             let leg_m = first.distance(second);
             let path = TwoEdgePath::between([0, 1], [&a, &b], from, to);
+            for crossings_m in [[2.0, 2.0], first_guess([&a, &b], from, to)] {
+                let bound_m = least_length_m([&a, &b], crossings_m, from, to);
+                assert!(bound_m <= length_m, "case {case}: {bound_m} m");
+                close_bounds += usize::from(bound_m > 0.9 * length_m);
+            }
             if passes_corner([&a, &b], from, to) {
                 assert!(meets && leg_m < 1e-3, "case {case}: leg {leg_m} m");
                 through_corner += 1;
@@ -557,8 +601,8 @@ mod tests {
             }
         }
         assert!(
-            found > 150 && through_corner > 150,
-            "{found} {through_corner}"
+            found > 150 && through_corner > 150 && close_bounds > 500,
+            "{found} {through_corner} {close_bounds}"
         );
     }
 }

@@ -23,7 +23,7 @@ use crate::propagation::image_source::image_path::turning_point;
 use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::{Path, ReflectionEdge};
 use crate::scene::Scene;
-use crate::scene::edges::{Edge, EdgeCrossing, MOST_EDGE_MIRRORS};
+use crate::scene::edges::{Edge, EdgeCrossing, EdgeEnd, MOST_EDGE_MIRRORS};
 
 /// Surfaces around an edge that are combined on both sides of it at once.
 const SURFACES_ON_BOTH_SIDES: usize = 3;
@@ -38,6 +38,12 @@ const RANKING_COSINE: f32 = 0.7;
 /// Estimated gain below which no band exceeds [`MIN_RELATIVE_AMPLITUDE`]: no band has more than twice the gain of
 /// [`RANKING_BAND`].
 const MIN_RANKING_GAIN: f64 = 0.25 * MIN_RELATIVE_AMPLITUDE;
+
+/// The argument x of the transition function is at least this share of the detour's phase.
+const LEAST_PHASE_SHARE: f64 = 0.5;
+
+/// Relative error of an upper bound of gains, far above that of angles and their sines.
+const GAIN_ROUNDING: f64 = 1e-6;
 
 /// Estimated gains up to which the visible direct path masks a path, and from which it does not.
 const MASKED_GAIN: f64 = 0.1;
@@ -84,16 +90,21 @@ pub fn find(
         true => MASKED_GAIN,
         false => MIN_RANKING_GAIN,
     };
-    let most_detour_m = longest_detour_m(scene, least_gain);
+    let search = Search {
+        least_gain,
+        most_detour_m: longest_detour_m(scene, least_gain),
+        wavenumber: edge_wave::wavenumbers(scene)[RANKING_BAND],
+        free_m: from.distance(to).max(endpoints.min_distance_m),
+    };
     let mut ranked = [None; MAX_TESTED];
     for index in edges {
         let surfaces = scene.edge_mirrors(index);
-        let edge = CandidateEdge::of(scene, index, most_detour_m);
+        let edge = CandidateEdge::of(scene, index, search);
         let surfaces = surfaces.as_slice();
         let images = [from, to].map(|end| {
-            let mut images = [ImagePoint::of(scene, end, None); MOST_EDGE_MIRRORS + 1];
+            let mut images = [edge.end(scene, end, None); MOST_EDGE_MIRRORS + 1];
             for (image, &surface) in images[1..].iter_mut().zip(surfaces) {
-                *image = ImagePoint::of(scene, end, Some(surface));
+                *image = edge.end(scene, end, Some(surface));
             }
             images
         });
@@ -104,8 +115,8 @@ pub fn find(
                 if before + after == 0 || is_masked {
                     continue;
                 }
-                let ends = [images[0][before], images[1][after]];
-                edge.rank(scene, ends, endpoints, least_gain, &mut ranked);
+                let ends = [&images[0][before], &images[1][after]];
+                edge.rank(scene, ends, &mut ranked);
             }
         }
     }
@@ -133,68 +144,118 @@ pub fn find(
     result
 }
 
+/// What all candidates of a source share.
+#[derive(Clone, Copy)]
+struct Search {
+    least_gain: f64,
+    /// That of a path with the least gain.
+    most_detour_m: f64,
+    /// In [`RANKING_BAND`].
+    wavenumber: f64,
+    /// Distance of the free field that gains are relative to.
+    free_m: f64,
+}
+
+/// An end that many candidates over an edge share.
+#[derive(Clone, Copy)]
+struct CandidateEnd {
+    point: ImagePoint,
+    end: EdgeEnd,
+    /// See [`ranking_factor`].
+    factor: f64,
+}
+
 /// An edge that many candidates share.
 struct CandidateEdge {
     index: u32,
     edge: Edge,
     outward: DVec3,
-    most_detour_m: f64,
+    search: Search,
 }
 
 impl CandidateEdge {
-    fn of(scene: &Scene, index: u32, most_detour_m: f64) -> Self {
+    fn of(scene: &Scene, index: u32, search: Search) -> Self {
         let edge = scene.edge(index);
         Self {
-            most_detour_m,
+            search,
             outward: edge.outward(),
             index,
             edge,
         }
     }
 
-    /// Whether the crossing is within the edge, its detour is not too long, and both ends are on the reflecting side of their
-    /// surfaces: a test that needs no angles and excludes most candidates.
-    fn may_cross(&self, scene: &Scene, ends: &[ImagePoint; 2]) -> bool {
-        let along_m = self.edge.apex_m(ends[0].image, ends[1].image);
-        let Some(along_m) = self.edge.clamped(along_m) else {
-            return false;
-        };
+    fn end(&self, scene: &Scene, real: DVec3, surface: Option<u32>) -> CandidateEnd {
+        let point = ImagePoint::of(scene, real, surface);
+        CandidateEnd {
+            end: EdgeEnd::of(&self.edge, point.image),
+            factor: ranking_factor(scene, surface),
+            point,
+        }
+    }
+
+    /// An upper bound of the estimated gain if the crossing is within the edge, its detour is not too long, and both ends are on
+    /// the reflecting side of their surfaces: a test that excludes most candidates.
+    fn most_gain(&self, scene: &Scene, ends: [&CandidateEnd; 2]) -> Option<f64> {
+        let crossed_m = ends[0].end.apex_m(&ends[1].end);
+        let along_m = self.edge.clamped(crossed_m)?;
         let apex = self.edge.at(along_m);
-        let [from, to] = [ends[0].image, ends[1].image];
-        if from.distance(apex) + apex.distance(to) - from.distance(to) > self.most_detour_m {
-            return false;
+        let [from, to] = ends.map(|end| end.point.image);
+        let length_m = from.distance(apex) + apex.distance(to);
+        let detour_m = length_m - from.distance(to);
+        if detour_m > self.search.most_detour_m {
+            return None;
         }
         let sight_point = edge_wave::sight_point(&self.edge, apex, self.outward);
-        ends.iter().all(|end| {
-            end.surface.is_none_or(|surface| {
+        let is_reflected = ends.iter().all(|end| {
+            end.point.surface.is_none_or(|surface| {
                 let plane = scene.surface(surface);
-                plane.distance_m(end.image) * plane.distance_m(sight_point) < 0.0
+                plane.distance_m(end.point.image) * plane.distance_m(sight_point) < 0.0
             })
-        })
+        });
+        if !is_reflected {
+            return None;
+        }
+        // Beyond an end the detour is longer than that of the endless edge.
+        if along_m != crossed_m {
+            return Some(f64::INFINITY);
+        }
+        let x = self.search.wavenumber * LEAST_PHASE_SHARE * detour_m.max(0.0);
+        let gain = wave_size(x) * (self.search.free_m / length_m);
+        Some(gain * ends[0].factor * ends[1].factor * (1.0 + GAIN_ROUNDING))
     }
 
     /// Adds the path between two ends to `ranked` if it exists and is among the loudest.
     fn rank(
         &self,
         scene: &Scene,
-        ends: [ImagePoint; 2],
-        endpoints: &Endpoints,
-        least_gain: f64,
+        ends: [&CandidateEnd; 2],
         ranked: &mut [Option<RankedPath>; MAX_TESTED],
     ) {
-        if !self.may_cross(scene, &ends) {
+        if !ends.iter().all(|end| end.end.is_outside()) {
             return;
         }
-        let Some(crossing) = self.edge.crossing(ends[0].image, ends[1].image) else {
+        let Some(most_gain) = self.most_gain(scene, ends) else {
             return;
         };
-        let endless = estimated_gain(scene, &self.edge, &crossing, &ends, endpoints);
-        let gain = endless * share_of_length(scene, &crossing);
-        let sight_point = edge_wave::sight_point(&self.edge, crossing.apex, self.outward);
-        if endless < least_gain || ranked[MAX_TESTED - 1].is_some_and(|last| last.gain >= gain) {
+        let least_gain = self.search.least_gain;
+        let last = ranked[MAX_TESTED - 1].map_or(f64::NEG_INFINITY, |last| last.gain);
+        if most_gain < least_gain || last >= most_gain {
             return;
         }
-        let ends = ends.map(|end| on_surface(scene, end, sight_point));
+        let Some(crossing) = ends[0].end.crossing(&self.edge, &ends[1].end) else {
+            return;
+        };
+        let factors = ends.map(|end| end.factor);
+        let Search {
+            wavenumber, free_m, ..
+        } = self.search;
+        let endless = estimated_gain(&self.edge, &crossing, factors, wavenumber, free_m);
+        let gain = endless * share_of_length(wavenumber, &crossing);
+        let sight_point = edge_wave::sight_point(&self.edge, crossing.apex, self.outward);
+        if endless < least_gain || last >= gain {
+            return;
+        }
+        let ends = ends.map(|end| on_surface(scene, end.point, sight_point));
         if reflection_points(scene, &ends, sight_point).is_none() {
             return;
         }
@@ -207,32 +268,33 @@ impl CandidateEdge {
     }
 }
 
-/// Upper bound of the detour in metres of paths with an estimated gain. The argument x of the transition function is at
-/// least half the phase of the detour.
+/// Upper bound of the detour in metres of paths with an estimated gain.
 fn longest_detour_m(scene: &Scene, least_gain: f64) -> f64 {
     let x = ((0.5 / least_gain).powi(2) - 1.0) / PI;
-    2.0 * x / edge_wave::wavenumbers(scene)[RANKING_BAND]
+    x / LEAST_PHASE_SHARE / edge_wave::wavenumbers(scene)[RANKING_BAND]
 }
 
-/// Estimated gain of a path over an endless edge in [`RANKING_BAND`] relative to the free field over the straight distance.
+/// Estimated gain of a path over an endless edge in [`RANKING_BAND`] relative to the free field over the straight distance; `factors`
+/// are those of its ends.
 fn estimated_gain(
-    scene: &Scene,
     edge: &Edge,
     crossing: &EdgeCrossing,
-    ends: &[ImagePoint; 2],
-    endpoints: &Endpoints,
+    factors: [f64; 2],
+    wavenumber: f64,
+    free_m: f64,
 ) -> f64 {
-    let wavenumber = edge_wave::wavenumbers(scene)[RANKING_BAND];
     let distance_m = edge_wave::spread(crossing).distance_m;
     let x = WedgeAngles::of(edge, crossing).transition_argument(wavenumber, distance_m);
-    let mut gain = wave_size(x);
-    let straight_m = ends[0].real.distance(ends[1].real);
-    gain *= straight_m.max(endpoints.min_distance_m) / crossing.length_m();
-    for surface in ends.iter().filter_map(|end| end.surface) {
+    let gain = wave_size(x) * (free_m / crossing.length_m());
+    gain * factors[0] * factors[1]
+}
+
+/// Estimated gain of the reflection at an end, 1 without one.
+fn ranking_factor(scene: &Scene, surface: Option<u32>) -> f64 {
+    surface.map_or(1.0, |surface| {
         let factor = scene.reflectance(surface).factor(RANKING_COSINE)[RANKING_BAND];
-        gain *= f64::from(factor.abs());
-    }
-    gain
+        f64::from(factor.abs())
+    })
 }
 
 /// Size of the transition function, 1 at the boundary and 1/√(πx) far from it, times the ½ that the wave has there.
@@ -242,8 +304,7 @@ fn wave_size(x: f64) -> f64 {
 
 /// Estimated share of an edge's wave within its free ends ([`EdgeCrossing::excess_m`]): ½ at an end, and falling with the
 /// phase beyond it.
-fn share_of_length(scene: &Scene, crossing: &EdgeCrossing) -> f64 {
-    let wavenumber = edge_wave::wavenumbers(scene)[RANKING_BAND];
+fn share_of_length(wavenumber: f64, crossing: &EdgeCrossing) -> f64 {
     let beyond_m = crossing.beyond_m();
     if beyond_m > 0.0 {
         return wave_size(wavenumber * beyond_m);
@@ -332,7 +393,11 @@ impl ReflectedEdgePath {
     /// Share of the path that is audible beside the visible direct path.
     pub(super) fn unmasked_share(&self, scene: &Scene, endpoints: &Endpoints) -> f64 {
         let edge = &scene.edge(self.edge);
-        let gain = estimated_gain(scene, edge, &self.crossing, &self.ends, endpoints);
+        let straight_m = self.ends[0].real.distance(self.ends[1].real);
+        let free_m = straight_m.max(endpoints.min_distance_m);
+        let factors = self.ends.map(|end| ranking_factor(scene, end.surface));
+        let wavenumber = edge_wave::wavenumbers(scene)[RANKING_BAND];
+        let gain = estimated_gain(edge, &self.crossing, factors, wavenumber, free_m);
         smoothstep((gain - MASKED_GAIN) / (UNMASKED_GAIN - MASKED_GAIN))
     }
 

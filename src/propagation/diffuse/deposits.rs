@@ -15,7 +15,7 @@ use crate::propagation::diffuse::surface_samples::{MAX_PATCHES, NO_PATCH};
 use crate::propagation::diffuse::transport::{DIRECTION_SPANS, SceneField};
 use crate::propagation::late_group::LATE_GROUPS;
 use crate::scene::Scene;
-use crate::simd::{LaneSet, kernel};
+use crate::simd::{LaneSet, Lanes, kernel};
 
 /// Ends of the spans of time in time steps before they are varied; the last span has none.
 const SPAN_ENDS: [f32; SPANS - 1] = [2.0, 4.0, 7.0, 11.0, 16.0, 23.0, 32.0, 44.0, 58.0];
@@ -56,6 +56,7 @@ impl Deposit {
     }
 
     /// Relative variance of the energy.
+    #[inline(always)]
     fn variance(&self) -> f32 {
         self.squares / (self.weight * self.weight).max(f32::MIN_POSITIVE)
     }
@@ -182,29 +183,7 @@ impl DepositSums {
         listener: &ListenerField,
         histogram: &mut ArrivalHistogram,
     ) {
-        for (key, deposit) in self.sums.iter().enumerate() {
-            let patch = key / SPANS;
-            if deposit.weight <= 0.0 || patch >= listener.patches.len() {
-                continue;
-            }
-            let delay_s = deposit.steps / deposit.weight * field.step_s;
-            let view = &listener.patches[patch];
-            let mut direct = deposit.leaving;
-            for b in 0..BANDS {
-                direct[b] *= view.energy[b];
-            }
-            histogram.add_of_few(delay_s + view.delay_s, &direct, deposit.variance());
-            let response = &listener.response[patch * STEPS..][..STEPS];
-            // Negative before the straight line's arrival: the response starts later.
-            let at = delay_s / field.step_s - histogram.nearest_steps();
-            convolve(
-                LaneSet::best(),
-                response,
-                &deposit.scattered,
-                at,
-                &mut histogram.energy,
-            );
-        }
+        gather(LaneSet::best(), &self.sums, field, listener, histogram);
     }
 }
 
@@ -312,14 +291,47 @@ kernel! {
 }
 
 kernel! {
-    /// Adds a response times an energy, `at` time steps later. No fused products: all machines give the same bits.
-    fn convolve<L>(response: &[BandArray], energy: &BandArray, at: f32, sum: &mut [BandArray; STEPS]) {
-        let whole = at.floor();
-        let (skipped, first) = match whole < 0.0 {
-            true => ((-whole) as usize, 0),
-            false => (0, whole as usize),
-        };
-        let sum = sum.get_mut(first..).unwrap_or_default();
-        add_delayed::<L>(response, skipped, energy, at - whole, sum);
+    /// Adds what arrives at the listener: what leaves the patches, and what they radiate, by their responses. No fused products: all
+    /// machines give the same bits.
+    fn gather<L>(
+        sums: &[Deposit; MAX_PATCHES * SPANS],
+        field: &SceneField,
+        listener: &ListenerField,
+        histogram: &mut ArrivalHistogram,
+    ) {
+        for (key, deposit) in sums.iter().enumerate() {
+            let patch = key / SPANS;
+            if deposit.weight <= 0.0 || patch >= listener.patches.len() {
+                continue;
+            }
+            let delay_s = deposit.steps / deposit.weight * field.step_s;
+            let view = &listener.patches[patch];
+            let mut direct = deposit.leaving;
+            for b in 0..BANDS {
+                direct[b] *= view.energy[b];
+            }
+            histogram.add_of_few(delay_s + view.delay_s, &direct, deposit.variance());
+            let response = &listener.response[patch * STEPS..][..STEPS];
+            // Negative before the straight line's arrival: the response starts later.
+            let at = delay_s / field.step_s - histogram.nearest_steps();
+            convolve::<L>(response, &deposit.scattered, at, &mut histogram.energy);
+        }
     }
+}
+
+/// Adds a response times an energy, `at` time steps later.
+#[inline(always)]
+fn convolve<L: Lanes>(
+    response: &[BandArray],
+    energy: &BandArray,
+    at: f32,
+    sum: &mut [BandArray; STEPS],
+) {
+    let whole = at.floor();
+    let (skipped, first) = match whole < 0.0 {
+        true => ((-whole) as usize, 0),
+        false => (0, whole as usize),
+    };
+    let sum = sum.get_mut(first..).unwrap_or_default();
+    add_delayed::<L>(response, skipped, energy, at - whole, sum);
 }

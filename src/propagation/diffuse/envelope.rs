@@ -123,6 +123,7 @@ impl ArrivalHistogram {
     }
 
     /// Arrival of the straight line in time steps after emission.
+    #[inline]
     pub(crate) fn nearest_steps(&self) -> f32 {
         self.nearest_s / self.step_s
     }
@@ -152,6 +153,7 @@ impl ArrivalHistogram {
     }
 
     /// Adds an arrival of a relative variance.
+    #[inline(always)]
     pub(crate) fn add_of_few(&mut self, delay_s: f32, energy: &BandArray, variance: f32) {
         self.add(delay_s, energy);
         let (whole, rest) = self.step_of(delay_s);

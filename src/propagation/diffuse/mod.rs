@@ -287,9 +287,19 @@ impl LateEstimator {
         self.sequences.of((rotation % ROTATIONS) as usize, most)
     }
 
-    /// Whether no ray of any rotation has left energy at the scene's patches.
+    /// Whether rays have been cast, and none of any rotation has left energy at the scene's patches.
     pub(crate) fn is_outside_field(&self) -> bool {
-        (0..ROTATIONS as usize).all(|rotation| self.deposits.of(rotation).is_empty())
+        self.entries.iter().any(|entry| entry.filled)
+            && (0..ROTATIONS as usize).all(|rotation| self.deposits.of(rotation).is_empty())
+    }
+
+    /// Distance in metres from a source's position to where the rays of a rotation were cast; infinite if none were.
+    pub(crate) fn distance_m(&self, rotation: u64, source: DVec3) -> f64 {
+        let entry = &self.entries[(rotation % ROTATIONS) as usize];
+        match entry.filled {
+            true => entry.origin.distance(source),
+            false => f64::INFINITY,
+        }
     }
 
     /// Makes all cached rays invalid; the estimate stays.

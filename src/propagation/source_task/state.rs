@@ -26,6 +26,8 @@ impl SourceTask {
             parts: Vec::new(),
             cast_in: None,
             jumped_in: None,
+            estimated_s: None,
+            intervals_s: [f64::INFINITY; 2],
             missing_rotations: 0,
             late: LateEstimator::default(),
             cache: ValidCache::with_capacity(settings.cache_capacity),
@@ -60,6 +62,7 @@ impl SourceTask {
         self.nearby_gate = NearbyGate::default();
         self.parts.clear();
         (self.cast_in, self.jumped_in) = (None, None);
+        (self.estimated_s, self.intervals_s) = (None, [f64::INFINITY; 2]);
     }
 
     /// Takes up the state of a listener, whose turn it is. Allocates in its first turn.

@@ -122,7 +122,7 @@ impl Edge {
 
     /// Position of a point along the edge, in metres from its origin, and its distance from the edge's line.
     #[inline]
-    fn along_and_across_m(&self, point: DVec3) -> (f64, f64) {
+    pub(super) fn along_and_across_m(&self, point: DVec3) -> (f64, f64) {
         let out = point - self.origin;
         let along = out.dot(self.direction);
         (along, (out - along * self.direction).length())
@@ -216,7 +216,19 @@ impl Edge {
     pub fn crossing(&self, from: DVec3, to: DVec3) -> Option<EdgeCrossing> {
         let along = self.apex_m(from, to);
         let apex = self.at(self.clamped(along)?);
-        let (incoming, outgoing) = (self.angle_of(from)?, self.angle_of(to)?);
+        let angles = [self.angle_of(from)?, self.angle_of(to)?];
+        self.crossing_at(along, apex, [from, to], angles)
+    }
+
+    /// The same for a known position along the edge's line, the apex there, and the angles of both points.
+    #[inline]
+    pub(super) fn crossing_at(
+        &self,
+        along: f64,
+        apex: DVec3,
+        [from, to]: [DVec3; 2],
+        [incoming, outgoing]: [f64; 2],
+    ) -> Option<EdgeCrossing> {
         let on_line = self.at(along);
         let (before_m, after_m) = (from.distance(on_line), on_line.distance(to));
         let cos_edge = (on_line - from).dot(self.direction) / before_m;
@@ -303,7 +315,7 @@ impl Edge {
 /// Position along a line at which the shortest path between two points crosses it; each point has its position along the
 /// line and its distance from it.
 #[inline]
-fn apex_m((a, near): (f64, f64), (b, far): (f64, f64)) -> f64 {
+pub(super) fn apex_m((a, near): (f64, f64), (b, far): (f64, f64)) -> f64 {
     let both = near + far;
     if both > 0.0 {
         a + (b - a) * near / both

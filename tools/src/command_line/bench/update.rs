@@ -12,7 +12,7 @@ use serde_json::json;
 use super::boxes::Boxes;
 use super::look_ahead::LookAhead;
 use super::updates::{step_aside, stroll};
-use super::walk::Walk;
+use super::walk::{Walk, time_s};
 use crate::inputs::predictor_named;
 use crate::printed;
 
@@ -79,7 +79,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         }
         boxes.move_on(&mut propagator, step);
         look_ahead.ask(&mut propagator, &walk.ear(step), &moved);
-        propagator.update_with(&threads, &walk.ear(step), &moved, 0.0, &mut set);
+        propagator.update_with(&threads, &walk.ear(step), &moved, time_s(step), &mut set);
         digest = digested(digest, &set);
         paths += set.paths.len();
         rays += set.rays;

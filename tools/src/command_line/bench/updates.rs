@@ -22,7 +22,7 @@ use super::boxes::Boxes;
 use super::look_ahead::LookAhead;
 use super::recorded_rays::Record;
 use super::share;
-use super::walk::{STEP_M, Walk};
+use super::walk::{STEP_M, Walk, time_s};
 
 /// Fewest updates of a row, at any duration.
 const FEWEST: usize = 20;
@@ -70,7 +70,7 @@ impl Runner {
         let time = Instant::now();
         self.boxes.move_on(&mut self.propagator, step);
         self.propagator
-            .update_with(threads, &ear, sources, 0.0, set);
+            .update_with(threads, &ear, sources, time_s(step), set);
         self.times_ms.push(1e3 * time.elapsed().as_secs_f64());
         self.paths.push(self.set.paths.len() as f64);
         self.rays.push(self.set.rays as f64);
@@ -132,7 +132,7 @@ pub(super) fn alone(
         two_moving.update(walk, &moved, step);
         look_ahead.ask(&mut recording, &walk.ear(step), &moved);
         record.take();
-        recording.update(&walk.ear(step), &moved, 0.0, &mut set);
+        recording.update(&walk.ear(step), &moved, time_s(step), &mut set);
         let rays = record.take();
         let time = Instant::now();
         let hits = rays.iter().filter(|ray| ray.repeat(walk.scene.bvh()));
@@ -223,10 +223,10 @@ pub(super) fn step_aside(moved: &mut [SourcePose], sources: &[SourcePose], step:
     }
 }
 
-/// Moves each source by a step of the walk, three metres to and fro.
+/// Moves each source by a step of the walk, three metres to and fro, after three updates at rest.
 pub(super) fn stroll(moved: &mut [SourcePose], sources: &[SourcePose], step: usize) {
     const TURN: usize = 40;
-    let steps = TURN.abs_diff(step % (2 * TURN));
+    let steps = TURN.abs_diff(step.saturating_sub(2) % (2 * TURN));
     for (moved, source) in moved.iter_mut().zip(sources) {
         moved.position.x = source.position.x + STEP_M * (TURN - steps) as f32;
     }

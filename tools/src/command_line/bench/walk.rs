@@ -14,6 +14,14 @@ use crate::inputs::within;
 /// Metres between two updates.
 pub(super) const STEP_M: f32 = 0.07;
 
+/// Updates a second.
+const UPDATES_A_SECOND: f64 = 20.0;
+
+/// Time of an update in seconds.
+pub(super) fn time_s(step: usize) -> f64 {
+    step as f64 / UPDATES_A_SECOND
+}
+
 /// Name of the scene with a million triangles.
 const MILLION: &str = "million";
 
