@@ -2,6 +2,7 @@
 //! source: sources are spread over threads.
 
 mod listener_part;
+mod near_casts;
 mod query;
 mod state;
 
@@ -32,18 +33,14 @@ use crate::propagation::update_scope::UpdateScope;
 use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 use listener_part::ListenerPart;
+use near_casts::NearCasts;
 use query::SourceQuery;
 
 /// Most rotations that a moving source recasts in an update without nearby paths: as many as a source at rest. A walking source
 /// leaves one of its ray origins every tenth of a second.
 const MAX_CAST_ROTATIONS: usize = 1;
 
-/// Rotations a second that a moving source recasts although their rays start near it, as far as updates tell the time: those of 60
-/// updates a second that cast one each, from the last update to the end of this one's use. All are due when it starts to walk,
-/// and what was cast at the position of rest is right there. A walking source leaves twelve of its ray origins in a second.
-const NEAR_CASTS_A_SECOND: f64 = 120.0;
-
-/// Distance of such a start from the source in metres: no more than that of most positions in a cell from its centre.
+/// Distance in metres from the source up to which rays start near it: no more than that of most positions in a cell from its centre.
 const NEAR_M: f64 = 1.0;
 
 /// Most rotations that a source recasts in one update after a jump: none of those cast elsewhere counts.
@@ -170,10 +167,7 @@ pub(super) struct SourceTask {
     /// The last round in which its rays were cast, and whether the source moved then; the last in which it was put elsewhere.
     cast_in: Option<(u64, bool)>,
     jumped_in: Option<u64>,
-    /// Time of its last estimate in seconds, and the last two intervals between estimates at different times: infinite if there was
-    /// none.
-    estimated_s: Option<f64>,
-    intervals_s: [f64; 2],
+    near_casts: NearCasts,
     /// Rotations that are still to be cast since it was put elsewhere.
     missing_rotations: usize,
     late: LateEstimator,
@@ -312,19 +306,6 @@ impl SourceTask {
         self.missing_rotations = ROTATIONS as usize;
     }
 
-    /// Most rotations that are recast in an update at this time although their rays start near the source.
-    fn most_near_casts(&mut self, time_s: f64) -> usize {
-        if self.estimated_s != Some(time_s) {
-            let last = self.estimated_s.replace(time_s);
-            let interval_s = last.map_or(f64::INFINITY, |last| time_s - last);
-            self.intervals_s = [interval_s, self.intervals_s[0]];
-        }
-        // A short interval may precede a long one.
-        let [last_s, before_s] = self.intervals_s;
-        let count = (NEAR_CASTS_A_SECOND * last_s.max(before_s)).ceil() as usize;
-        count.clamp(1, ROTATIONS as usize)
-    }
-
     /// Casts the source's rays of rotation `turn` and estimates the late field. The rays of a moving source start at fixed
     /// points near it: the late energy then depends on its position and not on its past.
     fn update_late(
@@ -364,7 +345,7 @@ impl SourceTask {
         // The positions of an update share the casts: about one for each rotation. A walking source leaves the cells of two or three.
         let positions = context.predicted.len() + 1;
         let most_cast = (ROTATIONS as usize).div_ceil(positions);
-        let most_near = match (self.most_near_casts(context.time_s), missing) {
+        let most_near = match (self.near_casts.most(context.time_s), missing) {
             (most, 0) => most.div_ceil(positions),
             _ => most_cast,
         };

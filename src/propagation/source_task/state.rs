@@ -3,6 +3,7 @@
 
 use super::SourceTask;
 use super::listener_part::ListenerPart;
+use super::near_casts::NearCasts;
 use crate::propagation::diffraction::NearEdges;
 use crate::propagation::diffuse::{LateEstimator, ListenerView};
 use crate::propagation::image_source::nearby_gate::NearbyGate;
@@ -26,8 +27,7 @@ impl SourceTask {
             parts: Vec::new(),
             cast_in: None,
             jumped_in: None,
-            estimated_s: None,
-            intervals_s: [f64::INFINITY; 2],
+            near_casts: NearCasts::default(),
             missing_rotations: 0,
             late: LateEstimator::default(),
             cache: ValidCache::with_capacity(settings.cache_capacity),
@@ -62,7 +62,7 @@ impl SourceTask {
         self.nearby_gate = NearbyGate::default();
         self.parts.clear();
         (self.cast_in, self.jumped_in) = (None, None);
-        (self.estimated_s, self.intervals_s) = (None, [f64::INFINITY; 2]);
+        self.near_casts = NearCasts::default();
     }
 
     /// Takes up the state of a listener, whose turn it is. Allocates in its first turn.

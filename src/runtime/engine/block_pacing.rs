@@ -18,7 +18,7 @@ const OUTLIER_RATIO: f64 = 1.5;
 const OUTLIER_FRAMES: u32 = 8;
 
 /// Factor on the even part, for frames larger than the last ones.
-const SPARE: f64 = 1.25;
+const SPARE: f64 = 1.2;
 
 /// Greatest work of a block as a fraction of its period on a desktop's core. A larger frame (in a new scene, where
 /// every path is new) needs more blocks and delays the next one.
