@@ -124,7 +124,7 @@ pub(crate) fn turned<D: Doubles>(phase: D) -> ComplexLanes<D> {
     const TO_WHOLE: f64 = 6_755_399_441_055_744.0;
     /// π in two parts; the last 27 bits of the first are 0, so its multiples are exact.
     const PI_HIGH: f64 = 3.141_592_621_803_283_7;
-    const PI_LOW: f64 = 3.178650954705639e-08;
+    const PI_LOW: f64 = 3.178_650_954_705_639e-8;
     let turns = phase.mul(D::splat(0.5 * FRAC_1_PI));
     let whole = turns.add(D::splat(TO_WHOLE)).sub(D::splat(TO_WHOLE));
     // With φ = 2r the real part is 1 − 2 sin² r, the imaginary one 2 sin r cos r.
@@ -151,7 +151,7 @@ pub(crate) fn decay<D: Doubles>(x: D) -> D {
     power
 }
 
-/// Principal square root of numbers whose imaginary part is not positive, but of zero.
+/// Principal square root of numbers other than zero whose imaginary part is not positive.
 #[inline(always)]
 pub(crate) fn root_of_lower_half<D: Doubles>(z: ComplexLanes<D>) -> ComplexLanes<D> {
     let (zero, half) = (D::splat(0.0), D::splat(0.5));
@@ -169,7 +169,7 @@ pub(crate) fn root_of_lower_half<D: Doubles>(z: ComplexLanes<D>) -> ComplexLanes
     ComplexLanes::select_at_most(zero, z.re, on_right, on_left)
 }
 
-/// sinh² of the logarithm of z times an exponent from 0 to 1, for z in the fourth quadrant, of absolute value 1 to 120. Within
+/// sinh² of an exponent (0 to 1) times the logarithm of z, which is in the fourth quadrant and of absolute value 1 to 120. Within
 /// 10⁻⁸ of it.
 #[inline(always)]
 pub(crate) fn sinh_squared_of_power<D: Doubles>(

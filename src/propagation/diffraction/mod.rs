@@ -31,6 +31,7 @@ pub mod revalidate;
 pub mod second_order;
 pub mod transition;
 mod truncation;
+mod two_edge_crossings;
 pub mod two_edge_path;
 pub mod utd;
 pub mod wedge_geometry;

@@ -12,6 +12,9 @@ use crate::propagation::diffraction::complex::ComplexBands;
 use crate::propagation::diffraction::edge_ends::{IN_FACE, NARROW_M, OwnEnd, PARALLEL, own_ends};
 use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
 use crate::propagation::diffraction::ranked_list::insert_ranked;
+use crate::propagation::diffraction::two_edge_crossings::{
+    bisect, first_guess, least_length_m, minimum_lies_beyond_end, newton, passes_corner,
+};
 use crate::propagation::diffraction::wedge_geometry::{Spread, WedgeAngles, is_on_face};
 use crate::propagation::diffraction::{MAX_DETOUR_M, fade_out};
 use crate::propagation::endpoints::Endpoints;
@@ -19,25 +22,6 @@ use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
 use crate::scene::edges::{Edge, EdgeCrossing, FACE_REACH_M};
-
-/// Newton steps on the two crossings, and the step in metres at which they have converged.
-const MAX_NEWTON_STEPS: usize = 12;
-const CONVERGED_M: f64 = 1e-6;
-
-/// Halvings of a Newton step that lengthens the path.
-const MAX_HALVINGS: usize = 6;
-
-/// Bisections where Newton's method fails: to a part in 10¹² of an edge.
-const BISECTIONS: usize = 40;
-
-/// Smallest slope of a length distinguishable from zero.
-const MIN_SLOPE: f64 = 1e-6;
-
-/// Relative rounding error of a lower bound of lengths: a thousand times that of a few sums and roots in `f64`.
-const BOUND_ROUNDING: f64 = 1e-12;
-
-/// Distance below which ends of edges are one corner, in metres.
-const CORNER_M: f64 = 1e-6;
 
 /// Shortest leg between two edges in metres; this and the lengths below are multiplied by [`Edge::length_scale`].
 const MIN_LEG_M: f64 = 0.02;
@@ -311,133 +295,6 @@ impl TwoEdgePath {
         let factor = [1.0, 2.0, 4.0][beyond] * if along_face { 2.0 } else { 1.0 };
         std::array::from_fn(|b| product(b) * factor)
     }
-}
-
-/// Whether two edges meet at a corner through which the shortest path over their lines passes, without a leg between.
-///
-/// There the length has a cusp. It is a minimum if some vector of length 1 at most balances both ends: its component
-/// along each edge is that of the unit leg at the corner. The shortest such vector lies in the edges' plane.
-fn passes_corner([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> bool {
-    let ends = |edge: &Edge| [edge.origin, edge.at(edge.length_m)];
-    let (of_a, of_b) = (ends(a), ends(b));
-    let is_met = |end: &&DVec3| {
-        let meets = |other: &DVec3| end.distance_squared(*other) < CORNER_M * CORNER_M;
-        of_b.iter().any(meets)
-    };
-    let Some(&corner) = of_a.iter().find(is_met) else {
-        return false;
-    };
-    let along_a = (corner - from).normalize_or_zero().dot(a.direction);
-    let along_b = (to - corner).normalize_or_zero().dot(b.direction);
-    let cosine = a.direction.dot(b.direction);
-    let square = along_a * along_a - 2.0 * cosine * along_a * along_b + along_b * along_b;
-    square <= 1.0 - cosine * cosine
-}
-
-/// Approximate crossings of the shortest path, in metres from the edges' origins.
-fn first_guess([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> [f64; 2] {
-    let of_b_m = b.apex_m(from, to);
-    [a.apex_m(from, b.at(of_b_m)), of_b_m]
-}
-
-/// Lower bound of the length of a path over the lines of two edges, from the legs between two crossings.
-///
-/// The length is at least the sum of the legs' components along any three vectors of length 1 at most, of which those on both sides of
-/// an edge have the same component along it: the sum then does not depend on the crossings. The unit legs of the shortest path
-/// are such vectors. Those of other crossings become so with the middle one's components.
-fn least_length_m(
-    [a, b]: [&Edge; 2],
-    [first_m, second_m]: [f64; 2],
-    from: DVec3,
-    to: DVec3,
-) -> f64 {
-    let (first, second) = (a.at(first_m), b.at(second_m));
-    let legs = [first - from, second - first, to - second];
-    let lengths = legs.map(|leg| leg.length().max(1e-9));
-    let cosine = |edge: &Edge, leg: usize| legs[leg].dot(edge.direction) / lengths[leg];
-    let (a0, a1, b1, b2) = (cosine(a, 0), cosine(a, 1), cosine(b, 1), cosine(b, 2));
-    let sum =
-        lengths[0] * (1.0 - (a0 - a1) * a0) + lengths[1] + lengths[2] * (1.0 - (b2 - b1) * b2);
-    let longest_squared = 1.0 + (a1 * a1 - a0 * a0).max(b1 * b1 - b2 * b2).max(0.0);
-    sum / longest_squared.sqrt() * (1.0 - BOUND_ROUNDING)
-}
-
-/// Whether the shortest path over two lines crosses the first beyond an end of its edge that is not free, tested at the end
-/// that `guess_m` exceeds. Minimised over the second line the length is convex along the first, so a descent at an end is
-/// decisive.
-fn minimum_lies_beyond_end([a, b]: [&Edge; 2], guess_m: f64, from: DVec3, to: DVec3) -> bool {
-    let slope = |first_m: f64| slope_at([a, b], a.at(first_m), from, to).0;
-    !a.free_ends[0] && guess_m < 0.0 && slope(0.0) > MIN_SLOPE
-        || !a.free_ends[1] && guess_m > a.length_m && slope(a.length_m) < -MIN_SLOPE
-}
-
-/// Slope of the length along the first edge at a crossing, and the best crossing of the second.
-fn slope_at([a, b]: [&Edge; 2], first: DVec3, from: DVec3, to: DVec3) -> (f64, DVec3) {
-    let second = b.at(b.apex_m(first, to));
-    let turn = (first - from).normalize_or_zero() - (second - first).normalize_or_zero();
-    (turn.dot(a.direction), second)
-}
-
-/// Crossings of the shortest path over two lines by Newton's method on the length, which is convex in both. `None` where
-/// it does not converge: the length has a cusp where the lines nearly meet.
-fn newton(
-    [a, b]: [&Edge; 2],
-    [mut first_m, mut second_m]: [f64; 2],
-    from: DVec3,
-    to: DVec3,
-) -> Option<[DVec3; 2]> {
-    for _ in 0..MAX_NEWTON_STEPS {
-        let (first, second) = (a.at(first_m), b.at(second_m));
-        let legs = [first - from, second - first, to - second];
-        let lengths = legs.map(|leg| leg.length().max(1e-9));
-        let cosine = |edge: &Edge, leg: usize| legs[leg].dot(edge.direction) / lengths[leg];
-        let (a0, a1, b1, b2) = (cosine(a, 0), cosine(a, 1), cosine(b, 1), cosine(b, 2));
-        let slope = [a0 - a1, b1 - b2];
-        let across = |c: f64, leg: usize| (1.0 - c * c) / lengths[leg];
-        let curve = [across(a0, 0) + across(a1, 1), across(b1, 1) + across(b2, 2)];
-        let both = -(a.direction.dot(b.direction) - a1 * b1) / lengths[1];
-        let determinant = curve[0] * curve[1] - both * both;
-        if determinant <= 1e-12 * curve[0] * curve[1] {
-            return None;
-        }
-        let steps = [
-            (curve[1] * slope[0] - both * slope[1]) / determinant,
-            (curve[0] * slope[1] - both * slope[0]) / determinant,
-        ];
-        let length_m: f64 = lengths.iter().sum();
-        let mut share = 1.0;
-        for _ in 0..MAX_HALVINGS {
-            let [p, q] = [
-                a.at(first_m - share * steps[0]),
-                b.at(second_m - share * steps[1]),
-            ];
-            if from.distance(p) + p.distance(q) + q.distance(to) <= length_m + 1e-12 {
-                break;
-            }
-            share *= 0.5;
-        }
-        first_m -= share * steps[0];
-        second_m -= share * steps[1];
-        if steps.iter().all(|step| step.abs() < CONVERGED_M) {
-            return Some([a.at(first_m), b.at(second_m)]);
-        }
-    }
-    None
-}
-
-/// The same within the first edge by bisection.
-fn bisect(lines: [&Edge; 2], from: DVec3, to: DVec3) -> [DVec3; 2] {
-    let a = lines[0];
-    let (mut low_m, mut high_m) = (0.0, a.length_m);
-    for _ in 0..BISECTIONS {
-        let middle_m = 0.5 * (low_m + high_m);
-        match slope_at(lines, a.at(middle_m), from, to).0 > 0.0 {
-            true => high_m = middle_m,
-            false => low_m = middle_m,
-        }
-    }
-    let first = a.at(0.5 * (low_m + high_m));
-    [first, slope_at(lines, first, from, to).1]
 }
 
 /// Whether two edges are both sides of a narrow face, such as a door's jamb.
