@@ -28,24 +28,6 @@ const COSINE: [f64; 9] = [
     1.0,
 ];
 
-/// The same, shorter: within 5 · 10⁻⁷ up to π/2.
-const SHORT_SINE: [f64; 6] = [
-    -2.505_210_838_544_172e-8,
-    2.755_731_922_398_589_3e-6,
-    -1.984_126_984_126_984e-4,
-    8.333_333_333_333_333e-3,
-    -0.166_666_666_666_666_66,
-    1.0,
-];
-const SHORT_COSINE: [f64; 6] = [
-    -2.755_731_922_398_589e-7,
-    2.480_158_730_158_73e-5,
-    -1.388_888_888_888_889e-3,
-    4.166_666_666_666_666_4e-2,
-    -0.5,
-    1.0,
-];
-
 /// Taylor's series of e^r, highest power first: 5 · 10⁻¹¹ of it at r = 0.3.
 const EXPONENTIAL: [f64; 9] = [
     2.480_158_730_158_73e-5,
@@ -58,9 +40,6 @@ const EXPONENTIAL: [f64; 9] = [
     1.0,
     1.0,
 ];
-
-/// The same, shorter.
-const DECAY: [f64; 6] = [1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0];
 
 /// artanh(r)/r in r²: 10⁻¹¹ of it at r = 0.29.
 const AREA_TANGENT: [f64; 9] = [
@@ -87,9 +66,12 @@ const ARC_TANGENT: [f64; 8] = [
     8.0,
 ];
 
+/// Powers that are left out where six coefficients do.
+const ROUGH: usize = 3;
+
 /// A polynomial, highest power first.
 #[inline(always)]
-fn polynomial<D: Doubles, const N: usize>(coefficients: &[f64; N], x: D) -> D {
+fn polynomial<D: Doubles>(coefficients: &[f64], x: D) -> D {
     let mut sum = D::splat(coefficients[0]);
     for coefficient in &coefficients[1..] {
         sum = sum.mul_add(x, D::splat(*coefficient));
@@ -107,13 +89,13 @@ pub(crate) fn sine_cosine<D: Doubles>(r: D) -> (D, D) {
     )
 }
 
-/// [`sine_cosine`] within 5 · 10⁻⁷.
+/// [`sine_cosine`] within 5 · 10⁻⁷ up to π/2.
 #[inline(always)]
 pub(crate) fn rough_sine_cosine<D: Doubles>(r: D) -> (D, D) {
     let square = r.mul(r);
     (
-        polynomial(&SHORT_SINE, square).mul(r),
-        polynomial(&SHORT_COSINE, square),
+        polynomial(&SINE[ROUGH..], square).mul(r),
+        polynomial(&COSINE[ROUGH..], square),
     )
 }
 
@@ -144,7 +126,7 @@ pub(crate) fn turned<D: Doubles>(phase: D) -> ComplexLanes<D> {
 pub(crate) fn decay<D: Doubles>(x: D) -> D {
     const SQUARINGS: u32 = 11;
     const SHARE: f64 = -1.0 / (1u32 << SQUARINGS) as f64;
-    let mut power = polynomial(&DECAY, x.mul(D::splat(SHARE)));
+    let mut power = polynomial(&EXPONENTIAL[ROUGH..], x.mul(D::splat(SHARE)));
     for _ in 0..SQUARINGS {
         power = power.mul(power);
     }

@@ -153,7 +153,7 @@ kernel! {
             let cosh = Wide::Doubles::load(&COSH[row]);
             let size = cosh.mul(Wide::Doubles::splat(STEP * terms.outside));
             let point_weight = ComplexLanes { re: zero.sub(size), im: size };
-            // σ = −jτ², and −σ.
+            // σ = −jτ².
             let square = tau.mul(tau);
             let sigma = ComplexLanes { re: zero, im: zero.sub(square) };
             let longer = ComplexLanes { re: one, im: zero.sub(square.mul(q)) };
@@ -199,7 +199,7 @@ kernel! {
     ) {
         let weights = Wide::Doubles::load(weights);
         let one = Wide::Doubles::splat(1.0);
-        // From here on the exact field has no weight.
+        // From this kL on the exact field has no weight; the clamp keeps the decays finite.
         let kl = Wide::Doubles::load(kl).min(Wide::Doubles::splat(UNIFORM_KL));
         let mut exact = [ComplexLanes::splat(0.0, 0.0); 3];
         for part in 0..3 {
