@@ -32,8 +32,16 @@ const AHEAD: usize = 8;
 #[derive(Debug, Clone, Copy, Default)]
 struct Entry {
     sequence: Sequence,
+    /// The low half of its hash: no table has more slots.
+    hash: u32,
+}
+
+impl Entry {
     /// Slot of the table at which a search for it begins.
-    home: u32,
+    #[inline(always)]
+    fn home(&self) -> usize {
+        self.hash as usize % SLOTS
+    }
 }
 
 /// What the rays of a rotation depend on.
@@ -158,28 +166,28 @@ impl DiscoveryHistory {
         guide: &mut SequenceSet,
     ) {
         let update = visit.update;
-        let is_old = |entry: &&u32| self.listed_in[**entry as usize] != update;
-        let old = self.order.iter().filter(is_old);
-        for (index, entry) in self.next.iter().chain(old).enumerate() {
-            if index >= self.next.len() && guide.entries().len() >= limit {
-                break;
-            }
-            let sequence = &self.entries[*entry as usize].sequence;
-            if sequence.len() <= depth {
-                guide.insert(sequence.renewed(scene));
-            }
-        }
         let mut order = std::mem::take(&mut self.order);
         order.retain(|entry| self.listed_in[*entry as usize] != update);
+        self.next
+            .iter()
+            .for_each(|entry| self.store(scene, *entry, depth, guide));
+        for entry in &order {
+            if guide.entries().len() >= limit {
+                break;
+            }
+            self.store(scene, *entry, depth, guide);
+        }
         let is_hit = |history: &Self, entry: u32| history.rotations[entry as usize] != 0;
         let hit = order.iter().filter(|entry| is_hit(self, **entry)).count();
         let mut left = Self::CAPACITY.saturating_sub(self.next.len() + hit);
         for entry in order.drain(..) {
             let is_hit = is_hit(self, entry);
-            let last_met = self.last_met[entry as usize];
-            let is_near = self.met_at[entry as usize].distance(visit.listener) <= KEPT_M;
-            let is_possible = is_near && (last_met >= changed_in || update - last_met < max_age);
-            if self.next.len() < Self::CAPACITY && (is_hit || is_possible && left > 0) {
+            let is_possible = || {
+                let last_met = self.last_met[entry as usize];
+                let is_near = self.met_at[entry as usize].distance(visit.listener) <= KEPT_M;
+                is_near && (last_met >= changed_in || update - last_met < max_age)
+            };
+            if self.next.len() < Self::CAPACITY && (is_hit || left > 0 && is_possible()) {
                 left -= usize::from(!is_hit);
                 self.next.push(entry);
             } else {
@@ -191,6 +199,19 @@ impl DiscoveryHistory {
             last.into_iter().for_each(|entry| self.remove(entry));
         }
         self.order = std::mem::replace(&mut self.next, order);
+    }
+
+    /// Adds an entry of up to `depth` surfaces to a set.
+    #[inline(always)]
+    fn store(&self, scene: &Scene, entry: u32, depth: usize, set: &mut SequenceSet) {
+        let Entry { sequence, hash } = &self.entries[entry as usize];
+        if sequence.len() > depth {
+            return;
+        }
+        match scene.has_instances() {
+            true => set.insert(sequence.renewed(scene)),
+            false => set.insert_hashed(*sequence, u64::from(*hash)),
+        };
     }
 
     /// Prefetches slot and entry of sequences further on in the list.
@@ -211,8 +232,8 @@ impl DiscoveryHistory {
 
     /// The entry of a sequence, a new one if it has none; `None` if no entry is unused.
     fn put(&mut self, sequence: &Sequence) -> Option<u32> {
-        let home = sequence.hash() as usize % SLOTS;
-        let mut slot = home;
+        let hash = sequence.hash() as u32;
+        let mut slot = hash as usize % SLOTS;
         while let Some(entry) = self.table[slot].checked_sub(1) {
             if self.entries[entry as usize].sequence == *sequence {
                 return Some(entry);
@@ -223,7 +244,7 @@ impl DiscoveryHistory {
         self.table[slot] = entry + 1;
         self.entries[entry as usize] = Entry {
             sequence: *sequence,
-            home: home as u32,
+            hash,
         };
         self.rotations[entry as usize] = 0;
         self.listed_in[entry as usize] = u64::MAX;
@@ -232,7 +253,7 @@ impl DiscoveryHistory {
 
     /// Frees an entry and closes the gap in the table, without which a search would end early.
     fn remove(&mut self, entry: u32) {
-        let mut gap = self.entries[entry as usize].home as usize;
+        let mut gap = self.entries[entry as usize].home();
         while self.table[gap] != entry + 1 {
             gap = (gap + 1) % SLOTS;
         }
@@ -242,7 +263,7 @@ impl DiscoveryHistory {
             let Some(other) = self.table[slot].checked_sub(1) else {
                 break;
             };
-            let home = self.entries[other as usize].home as usize;
+            let home = self.entries[other as usize].home();
             let from_home = slot.wrapping_sub(home) % SLOTS;
             if from_home >= slot.wrapping_sub(gap) % SLOTS {
                 self.table[gap] = other + 1;

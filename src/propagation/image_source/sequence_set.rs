@@ -93,7 +93,7 @@ impl SequenceSet {
         self.insert_hashed(sequence, sequence.hash())
     }
 
-    /// [`Self::insert`] for a sequence with a known hash.
+    /// [`Self::insert`] for a sequence with a known hash, of which the low half counts.
     pub(crate) fn insert_hashed(&mut self, sequence: Sequence, hash: u64) -> bool {
         match self.find(&sequence, hash) {
             Ok(_) => false,

@@ -351,6 +351,8 @@ impl CullBatch8 {
 pub(crate) struct CullScratch {
     batch: CullBatch8,
     unfolded: UnfoldedPath,
+    /// Indices of a share's sequences, the shortest first.
+    by_length: Vec<u32>,
 }
 
 impl Default for CullScratch {
@@ -358,6 +360,7 @@ impl Default for CullScratch {
         Self {
             batch: CullBatch8::EMPTY,
             unfolded: UnfoldedPath::default(),
+            by_length: Vec::new(),
         }
     }
 }
@@ -426,23 +429,29 @@ impl CandidateCull {
         self.visible.reserve(most);
         self.visible.resize(batches * views.sources.len(), 0);
         scratch.batch.nearby_m = views.nearby_m.unwrap_or(0.0);
-        for length in 1..=MAX_ORDER {
-            let of_length = |(_, sequence): &(u32, &Sequence)| sequence.len() == length;
-            let mut all = (0..).zip(sequences).filter(of_length);
-            loop {
-                let (mut indices, mut count) = ([0u32; LANES], 0);
-                for (slot, (index, _)) in indices.iter_mut().zip(&mut all) {
-                    *slot = index;
-                    count += 1;
-                }
-                if count == 0 {
-                    break;
-                }
-                let filled = &indices[..count];
-                self.cull_batch(scene, sequences, filled, (views, batches), scratch);
+        let mut by_length = std::mem::take(&mut scratch.by_length);
+        by_length.clear();
+        by_length.reserve(self.capacity);
+        by_length.resize(sequences.len(), 0);
+        // For each length the index of its next entry, at last its end.
+        let (mut ends, mut start) = (counts, 0);
+        for end in &mut ends {
+            start += std::mem::replace(end, start);
+        }
+        for (index, sequence) in (0..).zip(sequences) {
+            let next = &mut ends[sequence.len() % counts.len()];
+            by_length[*next] = index;
+            *next += 1;
+        }
+        for ends in ends.windows(2) {
+            for of_batch in by_length[ends[0]..ends[1]].chunks(LANES) {
+                let mut indices = [0; LANES];
+                indices[..of_batch.len()].copy_from_slice(of_batch);
+                self.cull_batch(scene, sequences, of_batch, (views, batches), scratch);
                 self.indices.push(indices);
             }
         }
+        scratch.by_length = by_length;
     }
 
     /// Culls the next of `batches` batches for all sources.
@@ -452,7 +461,9 @@ impl CandidateCull {
         sequences: &[Sequence],
         indices: &[u32],
         (views, batches): (&CullViews<'_>, usize),
-        CullScratch { batch, unfolded }: &mut CullScratch,
+        CullScratch {
+            batch, unfolded, ..
+        }: &mut CullScratch,
     ) {
         let (visible, number) = (&mut self.visible, self.indices.len());
         batch.load(scene, sequences, indices, views.listener);
