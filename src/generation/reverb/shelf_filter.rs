@@ -225,6 +225,18 @@ impl Coefficients {
                 .fold(most, |most, value| value.abs().max(most))
         })
     }
+
+    /// The highest level of each line at and between the bands: low shelves add up from the highest band down.
+    fn peaks(&self) -> [F32x8; BUNDLES] {
+        std::array::from_fn(|bundle| {
+            let (mut level, mut peak) = (self.gain[bundle], self.gain[bundle]);
+            for shelves in self.shelves.iter().rev() {
+                level = level + level * shelves[bundle].low;
+                peak = F32x8(std::array::from_fn(|lane| peak.0[lane].max(level.0[lane])));
+            }
+            peak
+        })
+    }
 }
 
 /// The two integrators of one shelf for eight lines.
@@ -247,6 +259,9 @@ pub(crate) struct ShelfFilter {
     /// Coefficients in use.
     present: Box<Coefficients>,
     states: Box<States>,
+    /// The higher one of the peaks at the ramp's ends. Factors that rise and others that fall have together more than that in
+    /// between, up to 140 dB more where levels went up and down from band to band.
+    most: [F32x8; BUNDLES],
     is_moving: bool,
     /// Frames between two changes of the coefficients in use.
     hold_frames: usize,
@@ -264,6 +279,7 @@ impl ShelfFilter {
             growth: Box::default(),
             present: Box::default(),
             states: Box::default(),
+            most: [F32x8::splat(1.0); BUNDLES],
             is_moving: false,
             hold_frames: HOLD,
             is_flat: [true; 2],
@@ -325,6 +341,10 @@ impl ShelfFilter {
     /// Sets the growth from the present coefficients to the target.
     fn set_growth(&mut self, ramp: u32) {
         self.is_moving = true;
+        self.most = self.present.peaks();
+        for (most, peak) in self.most.iter_mut().zip(self.target.peaks()) {
+            *most = F32x8(std::array::from_fn(|lane| most.0[lane].max(peak.0[lane])));
+        }
         for bundle in 0..BUNDLES {
             let share = F32x8::splat(1.0 / ramp as f32);
             self.growth.gain[bundle] =
@@ -357,7 +377,7 @@ impl ShelfFilter {
         }
     }
 
-    /// Sets the coefficients in use to those `to_come` frames before the ramp's end.
+    /// Sets the coefficients in use to those `to_come` frames before the ramp's end, no louder than the louder one of its ends.
     fn hold(&mut self, to_come: f32) {
         if !self.is_moving {
             return;
@@ -369,6 +389,19 @@ impl ShelfFilter {
                 let growth = &self.growth.shelves[shelf][bundle];
                 self.present.shelves[shelf][bundle] =
                     self.target.shelves[shelf][bundle].before(growth, to_come);
+            }
+        }
+        let peaks = self.present.peaks();
+        for (gain, (peak, most)) in self
+            .present
+            .gain
+            .iter_mut()
+            .zip(peaks.iter().zip(&self.most))
+        {
+            for lane in 0..8 {
+                if peak.0[lane] > most.0[lane] {
+                    gain.0[lane] *= most.0[lane] / peak.0[lane];
+                }
             }
         }
     }

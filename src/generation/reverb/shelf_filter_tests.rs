@@ -1,6 +1,7 @@
 //! Levels of the filters and agreement of the instruction sets.
 
 use super::*;
+use crate::generation::reverb::wave_shares::smoothed;
 
 const RATE_HZ: f64 = 44_100.0;
 
@@ -230,4 +231,40 @@ fn a_fast_ramp_has_no_steps() {
 fn a_graphics_frame_within_a_ramp_does_not_end_it() {
     let found = roughness(1024, None, Some(2));
     assert!(found < 0.01, "{found}");
+}
+
+/// Levels of a wave as few rays make them up, in the bootcamp with eight sources: a burst of twenty times the level around it.
+#[test]
+fn a_ramp_between_jagged_levels_has_no_burst() {
+    let design = ShelfDesign::new(RATE_HZ);
+    let ends_db = [
+        [-6.7, -28.4, -13.2, -30.0, -11.7, -30.0, -30.0, -30.0],
+        [-6.4, -29.8, -12.7, -17.4, -30.0, -24.4, -16.9, -30.0],
+    ];
+    let levels = ends_db.map(|wave: BandArray| {
+        let mut energies = [[1.0; BANDS]; LINES];
+        energies[2] = wave.map(|db| 10f32.powf(0.1 * db));
+        smoothed(&energies).map(|wave| wave.map(|energy| 10.0 * energy.log10()))
+    });
+    for (from, to) in [(0, 1), (1, 0)] {
+        for ramp in [640, 1760, 17_600] {
+            let mut filter = ShelfFilter::new();
+            filter.retarget(&design, &levels[from], None, 0, 1);
+            let (mut highest, mut left) = (0.0f32, 0);
+            let chunks = 100 + ramp / CHUNK;
+            for chunk in 0..chunks {
+                if chunk == 50 {
+                    filter.retarget(&design, &levels[to], None, 0, ramp as u32);
+                    left = ramp;
+                }
+                let mut rows: Box<Rows> = Box::new([[1.0; CHUNK]; LINES]);
+                filter.process(&mut rows, left as u32, CHUNK);
+                left = left.saturating_sub(CHUNK);
+                highest = rows[2].iter().fold(highest, |most, s| most.max(s.abs()));
+            }
+            println!("{from} to {to} in {ramp} frames: {highest:.3}");
+            // A wave of the isotropic level; this one is at least 6 dB below it at rest.
+            assert!(highest < 1.0, "{from} to {to} in {ramp}: {highest}");
+        }
+    }
 }

@@ -65,7 +65,7 @@ impl WaveShares {
 
     /// Levels of the waves in dB re the isotropic one.
     pub(crate) fn levels_db(&self, group: &LateGroup) -> [BandArray; LINES] {
-        self.shares.map(|share| {
+        let energies = self.shares.map(|share| {
             let mut energy = [0.0; BANDS];
             for (share, direction) in share.iter().zip(&group.directions) {
                 for (energy, part) in energy.iter_mut().zip(direction) {
@@ -73,9 +73,31 @@ impl WaveShares {
                 }
             }
             // `max` converts NaN to the least share.
-            energy.map(|energy| 10.0 * energy.min(LINES as f32).max(LEAST_SHARE).log10())
-        })
+            energy.map(|energy| energy.min(LINES as f32).max(LEAST_SHARE))
+        });
+        smoothed(&energies).map(|energies| energies.map(|energy| 10.0 * energy.log10()))
     }
+}
+
+/// The energies of waves, averaged over neighbouring bands in dB; each band keeps the energy of all waves.
+///
+/// Few rays come from one direction, so levels go up and down by up to 24 dB from band to band by chance. The shelves for
+/// such levels would have gains of up to 100 dB, which cancel one another only at rest.
+pub(crate) fn smoothed(energies: &[BandArray; LINES]) -> [BandArray; LINES] {
+    let mut smooth = energies.map(|energy| {
+        std::array::from_fn(|band| {
+            let beside = energy[band.saturating_sub(1)] * energy[(band + 1).min(BANDS - 1)];
+            (energy[band] * beside.sqrt()).sqrt()
+        })
+    });
+    for band in 0..BANDS {
+        let [before, after] =
+            [energies, &smooth].map(|waves| waves.iter().map(|wave| wave[band]).sum::<f32>());
+        smooth
+            .iter_mut()
+            .for_each(|wave| wave[band] *= before / after);
+    }
+    smooth
 }
 
 #[cfg(test)]
