@@ -103,3 +103,7 @@ impl LateReverb {
 #[cfg(test)]
 #[path = "late_reverb_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "burst_tests.rs"]
+mod burst_tests;

@@ -8,7 +8,8 @@
 //! same matrix take up the rest, as long as they reduce it. Shelves are state-variable filters with trapezoidal integrators
 //! (\[ZAVALISHIN12\]), whose coefficients may move. Eight lines are lanes, and all lines go through a section together.
 
-use std::f64::consts::{PI, SQRT_2};
+use std::f32::consts::SQRT_2;
+use std::f64::consts::PI;
 
 use crate::acoustics::bands::{CENTRES_HZ, EDGES_HZ};
 use crate::acoustics::{BANDS, BandArray};
@@ -182,26 +183,16 @@ struct Shelf {
 }
 
 impl Shelf {
-    /// The coefficients some time before they are reached, at this growth.
-    fn before(&self, growth: &Self, time: f32) -> Self {
-        let time = F32x8::splat(time);
-        Self {
-            integrator: self.integrator - growth.integrator * time,
-            damping: self.damping - growth.damping * time,
-            band: self.band - growth.band * time,
-            low: self.low - growth.low * time,
-        }
-    }
-
-    /// Growth per frame from `present` to these coefficients.
-    fn growth_from(&self, present: &Self, ramp: u32) -> Self {
-        let share = F32x8::splat(1.0 / ramp as f32);
-        Self {
-            integrator: (self.integrator - present.integrator) * share,
-            damping: (self.damping - present.damping) * share,
-            band: (self.band - present.band) * share,
-            low: (self.low - present.low) * share,
-        }
+    /// Sets them for `r` as a power of two, at the tangent of an edge.
+    #[inline(always)]
+    fn set(&mut self, exponent: F32x8, tangent: f32) {
+        let (root, one, sqrt_2) = (exponent.exp2(), F32x8::splat(1.0), F32x8::splat(SQRT_2));
+        let square = root * root;
+        let g = F32x8::splat(tangent) / root;
+        self.integrator = g;
+        self.damping = one / (one + g * (sqrt_2 + g));
+        self.band = sqrt_2 * (square - one);
+        self.low = square * square - one;
     }
 }
 
@@ -212,30 +203,56 @@ struct Coefficients {
     shelves: [[Shelf; BUNDLES]; SHELVES],
 }
 
-impl Coefficients {
-    /// The largest magnitude among the factors of signals; of a growth.
-    fn fastest(&self) -> f32 {
-        let shelves = self.shelves.as_flattened().iter();
-        let factors = shelves.flat_map(|shelf| [shelf.band, shelf.low]);
-        let lanes = self.gain.iter().copied().chain(factors);
-        lanes.fold(0.0, |most, lanes| {
-            lanes
-                .0
-                .iter()
-                .fold(most, |most, value| value.abs().max(most))
-        })
+/// Gains of all lines as powers of two: of the common gain, and of each shelf's `r`.
+///
+/// In a ramp these grow evenly: as a shelf's level in decibels is nearly proportional to its gain, no level is above both
+/// ends of the ramp. Of coefficients that grow evenly some are still high while others already are, up to 140 dB more than
+/// at either end where levels go up and down from band to band.
+#[derive(Debug, Clone, Default)]
+struct Exponents {
+    gain: [F32x8; BUNDLES],
+    shelves: [[F32x8; BUNDLES]; SHELVES],
+}
+
+impl Exponents {
+    fn each(&self) -> impl Iterator<Item = &F32x8> {
+        self.gain.iter().chain(self.shelves.as_flattened())
     }
 
-    /// The highest level of each line at and between the bands: low shelves add up from the highest band down.
-    fn peaks(&self) -> [F32x8; BUNDLES] {
-        std::array::from_fn(|bundle| {
-            let (mut level, mut peak) = (self.gain[bundle], self.gain[bundle]);
-            for shelves in self.shelves.iter().rev() {
-                level = level + level * shelves[bundle].low;
-                peak = F32x8(std::array::from_fn(|lane| peak.0[lane].max(level.0[lane])));
+    fn each_mut(&mut self) -> impl Iterator<Item = &mut F32x8> {
+        let shelves = self.shelves.as_flattened_mut();
+        self.gain.iter_mut().chain(shelves)
+    }
+
+    /// Those some time before these are reached, at this growth.
+    fn before(&self, growth: &Self, time: f32) -> Self {
+        let (mut before, time) = (self.clone(), F32x8::splat(time));
+        for (exponent, growth) in before.each_mut().zip(growth.each()) {
+            *exponent = *exponent - *growth * time;
+        }
+        before
+    }
+
+    /// Growth per frame from `start` to these.
+    fn growth_from(&self, start: &Self, ramp: u32) -> Self {
+        let (mut growth, share) = (self.clone(), F32x8::splat(1.0 / ramp as f32));
+        for (growth, start) in growth.each_mut().zip(start.each()) {
+            *growth = (*growth - *start) * share;
+        }
+        growth
+    }
+
+    /// Sets coefficients to these gains.
+    fn set(&self, coefficients: &mut Coefficients, tangents: &[f32; SHELVES]) {
+        for (gain, exponent) in coefficients.gain.iter_mut().zip(&self.gain) {
+            *gain = exponent.exp2();
+        }
+        let of_shelves = self.shelves.iter().zip(tangents);
+        for (shelves, (exponents, tangent)) in coefficients.shelves.iter_mut().zip(of_shelves) {
+            for (shelf, exponent) in shelves.iter_mut().zip(exponents) {
+                shelf.set(*exponent, *tangent);
             }
-            peak
-        })
+        }
     }
 }
 
@@ -248,20 +265,20 @@ struct State {
 
 type States = [[State; BUNDLES]; SHELVES];
 
-/// A filter for each line, with ramped coefficients.
+/// A filter for each line, with ramped gains.
 #[derive(Debug)]
 pub(crate) struct ShelfFilter {
     set: LaneSet,
     /// Levels as designed, in dB by line.
     levels_db: Box<[BandArray; LINES]>,
-    target: Box<Coefficients>,
-    growth: Box<Coefficients>,
+    /// Tangents of the edges, as designed.
+    tangents: [f32; SHELVES],
+    start: Box<Exponents>,
+    target: Box<Exponents>,
+    growth: Box<Exponents>,
     /// Coefficients in use.
     present: Box<Coefficients>,
     states: Box<States>,
-    /// The higher one of the peaks at the ramp's ends. Factors that rise and others that fall have together more than that in
-    /// between, up to 140 dB more where levels went up and down from band to band.
-    most: [F32x8; BUNDLES],
     is_moving: bool,
     /// Frames between two changes of the coefficients in use.
     hold_frames: usize,
@@ -272,20 +289,21 @@ pub(crate) struct ShelfFilter {
 impl ShelfFilter {
     /// Filters without effect.
     pub(crate) fn new() -> Self {
+        let target = Box::<Exponents>::default();
         let mut filter = Self {
             set: LaneSet::best(),
             levels_db: Box::new([[0.0; BANDS]; LINES]),
-            target: Box::default(),
-            growth: Box::default(),
+            tangents: [1.0; SHELVES],
+            start: target.clone(),
+            growth: target.clone(),
             present: Box::default(),
+            target,
             states: Box::default(),
-            most: [F32x8::splat(1.0); BUNDLES],
             is_moving: false,
             hold_frames: HOLD,
             is_flat: [true; 2],
         };
-        filter.target.gain = [F32x8::splat(1.0); BUNDLES];
-        *filter.present = (*filter.target).clone();
+        filter.end_ramp();
         filter
     }
 
@@ -305,6 +323,7 @@ impl ShelfFilter {
         }
         let starts_flat = self.begin_ramp(left);
         *self.levels_db = *levels_db;
+        self.tangents = design.tangents.map(|tangent| tangent as f32);
         let mut is_flat = true;
         for (line, levels) in levels_db.iter().enumerate() {
             let levels = levels.map(f64::from);
@@ -313,7 +332,7 @@ impl ShelfFilter {
                 design.limit(&mut gains, f64::from(most_db[line]));
             }
             is_flat &= gains[..SHELVES].iter().all(|gain| gain.abs() < FLAT_DB);
-            self.set_line(design, line, &gains);
+            self.set_line(line, &gains);
         }
         self.is_flat = [is_flat, starts_flat];
         self.set_growth(ramp);
@@ -325,85 +344,72 @@ impl ShelfFilter {
         if self.is_moving && left > 0 {
             self.is_flat[1] = self.begin_ramp(left);
             self.set_growth(ramp);
-        } else if std::mem::take(&mut self.is_moving) {
-            *self.present = (*self.target).clone();
+        } else if self.is_moving {
+            self.end_ramp();
             self.is_flat[1] = self.is_flat[0];
         }
     }
 
-    /// Sets the present coefficients, from which the next ramp starts; returns whether the shelves are without effect there.
+    /// Sets the gains from which the next ramp starts; returns whether the shelves are without effect there.
     fn begin_ramp(&mut self, left: u32) -> bool {
         let is_in_ramp = self.is_moving && left > 0;
-        self.hold(left as f32);
+        *self.start = match is_in_ramp {
+            true => self.target.before(&self.growth, left as f32),
+            false => (*self.target).clone(),
+        };
         self.is_flat[0] && (self.is_flat[1] || !is_in_ramp)
     }
 
-    /// Sets the growth from the present coefficients to the target.
+    /// Sets the growth from the start to the target.
     fn set_growth(&mut self, ramp: u32) {
         self.is_moving = true;
-        self.most = self.present.peaks();
-        for (most, peak) in self.most.iter_mut().zip(self.target.peaks()) {
-            *most = F32x8(std::array::from_fn(|lane| most.0[lane].max(peak.0[lane])));
-        }
-        for bundle in 0..BUNDLES {
-            let share = F32x8::splat(1.0 / ramp as f32);
-            self.growth.gain[bundle] =
-                (self.target.gain[bundle] - self.present.gain[bundle]) * share;
-            for shelf in 0..SHELVES {
-                self.growth.shelves[shelf][bundle] = self.target.shelves[shelf][bundle]
-                    .growth_from(&self.present.shelves[shelf][bundle], ramp);
-            }
-        }
-        let fastest = self.growth.fastest();
+        *self.growth = self.target.growth_from(&self.start, ramp);
+        let fastest = self.fastest_change();
         self.hold_frames = HOLD;
         while self.hold_frames > 1 && self.hold_frames as f32 * fastest > HELD_CHANGE {
             self.hold_frames /= 2;
         }
     }
 
-    fn set_line(&mut self, design: &ShelfDesign, line: usize, gains: &Gains) {
+    /// The largest change per frame of a factor of signals.
+    fn fastest_change(&self) -> f32 {
+        let mut fastest = 0.0f32;
+        let ends = self.start.each().zip(self.target.each());
+        for (n, (growth, (start, target))) in self.growth.each().zip(ends).enumerate() {
+            let highest = std::array::from_fn(|lane| start.0[lane].max(target.0[lane]));
+            let highest = F32x8(highest).exp2();
+            for lane in 0..8 {
+                let (root, square) = (highest.0[lane], highest.0[lane] * highest.0[lane]);
+                // The common gain is 2 to its exponent; a shelf has the factors √2 r² and r⁴.
+                let slope = match n < BUNDLES {
+                    true => root,
+                    false => (4.0 * square).max(2.0 * SQRT_2) * square,
+                };
+                fastest = fastest.max(growth.0[lane].abs() * std::f32::consts::LN_2 * slope);
+            }
+        }
+        fastest
+    }
+
+    fn set_line(&mut self, line: usize, gains: &Gains) {
         let (bundle, lane) = (line / 8, line % 8);
-        let gain = (gains[SHELVES] * (std::f64::consts::LN_10 / 20.0)).exp();
-        self.target.gain[bundle].0[lane] = gain as f32;
-        for (k, shelves) in self.target.shelves.iter_mut().enumerate() {
-            let shelf = &mut shelves[bundle];
-            let root = (gains[k] * (std::f64::consts::LN_10 / 80.0)).exp();
-            let g = design.tangents[k] / root;
-            let square = root * root;
-            shelf.integrator.0[lane] = g as f32;
-            shelf.damping.0[lane] = (1.0 / (1.0 + SQRT_2 * g + g * g)) as f32;
-            shelf.band.0[lane] = (SQRT_2 * (square - 1.0)) as f32;
-            shelf.low.0[lane] = (square * square - 1.0) as f32;
+        // Of 2 to this power the fourth power is the gain.
+        let exponent = |gain_db: f64| (gain_db * std::f64::consts::LOG2_10 / 80.0) as f32;
+        self.target.gain[bundle].0[lane] = 4.0 * exponent(gains[SHELVES]);
+        for (shelves, gain_db) in self.target.shelves.iter_mut().zip(gains) {
+            shelves[bundle].0[lane] = exponent(*gain_db);
         }
     }
 
-    /// Sets the coefficients in use to those `to_come` frames before the ramp's end, no louder than the louder one of its ends.
+    /// Sets the coefficients in use to those `to_come` frames before the ramp's end.
     fn hold(&mut self, to_come: f32) {
-        if !self.is_moving {
-            return;
-        }
-        for bundle in 0..BUNDLES {
-            self.present.gain[bundle] =
-                self.target.gain[bundle] - self.growth.gain[bundle] * F32x8::splat(to_come);
-            for shelf in 0..SHELVES {
-                let growth = &self.growth.shelves[shelf][bundle];
-                self.present.shelves[shelf][bundle] =
-                    self.target.shelves[shelf][bundle].before(growth, to_come);
-            }
-        }
-        let peaks = self.present.peaks();
-        for (gain, (peak, most)) in self
-            .present
-            .gain
-            .iter_mut()
-            .zip(peaks.iter().zip(&self.most))
-        {
-            for lane in 0..8 {
-                if peak.0[lane] > most.0[lane] {
-                    gain.0[lane] *= most.0[lane] / peak.0[lane];
-                }
-            }
-        }
+        let gains = self.target.before(&self.growth, to_come);
+        gains.set(&mut self.present, &self.tangents);
+    }
+
+    fn end_ramp(&mut self) {
+        self.is_moving = false;
+        self.target.set(&mut self.present, &self.tangents);
     }
 
     /// Filters the first `frames` frames of every line in place; `left` frames of the ramp remain.
@@ -415,8 +421,7 @@ impl ShelfFilter {
             let to_come = left as usize - start.min(left as usize);
             if self.is_moving {
                 if to_come == 0 {
-                    *self.present = (*self.target).clone();
-                    self.is_moving = false;
+                    self.end_ramp();
                 } else {
                     let hold = self.hold_frames;
                     count = count.min((to_come - 1) % hold + 1);
