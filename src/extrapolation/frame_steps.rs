@@ -205,11 +205,6 @@ impl Extrapolator {
         };
         for late in self.late.iter().filter(|late| has_late(late)) {
             let segments = late_segments(late, &result.late_groups);
-            // A group that a source does not send to takes no part.
-            let segments = segments.filter(|segment| {
-                let energies = late.energy[usize::from(segment.group)].as_flattened();
-                energies.iter().any(|energy| *energy > 0.0)
-            });
             result.late.extend(segments.map(|segment| LateSend {
                 source: late.source,
                 group: segment.group,

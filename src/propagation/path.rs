@@ -102,7 +102,7 @@ impl ReflectionEdge {
 }
 
 /// Time segments of the late-energy envelope.
-pub const LATE_SEGMENTS: usize = 4;
+pub const LATE_SEGMENTS: usize = 5;
 
 /// Late energy of one source: all energy outside of discrete paths, as decays of [`PathSet::late_groups`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -110,7 +110,8 @@ pub struct LateEnergy {
     /// The source.
     pub source: SourceId,
     /// Energy of the diffuse impulse response in the decay of each group that starts with each time segment, per band,
-    /// relative to the free field at 1 m. Segments start at `LATE_SEGMENT_STARTS`; decays have no end.
+    /// relative to the free field at 1 m. Segments start at `LATE_SEGMENT_STARTS`, the last one in the first group alone;
+    /// decays have no end.
     pub energy: [[BandArray; LATE_SEGMENTS]; LATE_GROUPS],
     /// Delay of the straight line in seconds: the earliest arrival.
     pub start_s: f32,
