@@ -185,6 +185,55 @@ fn a_step_is_no_jump() {
     assert_eq!(level, 12);
 }
 
+/// Graphics frames from frame 40 on in which updates arrive, with their levels, while the listener walks a way in metres by
+/// graphics frames since then.
+fn updates_on_the_way(way_m: impl Fn(f32) -> f32) -> Vec<(u32, u32)> {
+    let (mut engine, ids) = engine(
+        EngineSchedule::Asynchronous,
+        PredictorKind::default(),
+        &[13],
+    );
+    let doorway = procedural::doorway();
+    let middle = doorway.walk.from.lerp(doorway.walk.to, 0.3);
+    let ahead = (doorway.walk.to - doorway.walk.from).normalize();
+    let (mut before, mut updates) = (0, Vec::new());
+    for frame in 0..100 {
+        let at = middle + ahead * way_m(frame as f32 - 40.0);
+        let source = SourcePose::at(ids[0], doorway.sources[0].1);
+        engine
+            .next_frame(ListenerPose::facing(at, 0.0), &[source], |_| ())
+            .expect("valid poses");
+        let statistics = engine.controller().statistics();
+        if frame > 40 && statistics.updates > before {
+            updates.push((frame - 40, statistics.extrapolation_level));
+        }
+        before = statistics.updates;
+    }
+    updates
+}
+
+/// The listener begins to run: what is under way for its position of rest is dropped within four graphics frames, and a plain
+/// update takes 0.66 of thirteen frames.
+#[test]
+fn a_plain_update_follows_a_fast_turn() {
+    let start = |frame: f32| 5.0 / RATE_HZ as f32 * frame.max(0.0);
+    let (frames, level) = updates_on_the_way(start)[0];
+    assert!((9..=14).contains(&frames), "{frames} graphics frames");
+    assert_eq!(level, 8);
+    let walk = |frame: f32| 1.4 / RATE_HZ as f32 * frame.max(0.0);
+    assert_eq!(updates_on_the_way(walk)[0].1, 12);
+}
+
+/// To and fro at 5 m/s, which no update foresees: after each one that is dropped a plain and a whole one arrive.
+#[test]
+fn updates_arrive_although_the_listener_turns_all_the_time() {
+    let sway = |frame: f32| 5.0 / RATE_HZ as f32 * (frame.rem_euclid(12.0) - 6.0).abs();
+    let updates = updates_on_the_way(sway);
+    let whole = updates.iter().filter(|(_, level)| *level == 12).count();
+    // Within 60 frames: at most thirteen that are dropped, nine and thirteen that arrive.
+    assert!(updates.len() >= 3 && whole >= 1, "{updates:?}");
+}
+
 /// Every graphics frame puts the listener into the other room, and so replaces most voices: new ones wait until the old ones have
 /// faded, which takes as long as a frame. The frames themselves are not late: at 25 a second each is committed before the next tick.
 #[test]

@@ -155,6 +155,7 @@ impl Engine {
             synchronous: false,
             threads: Threads::start(1)?,
             interruption: Arc::default(),
+            expected: Arc::default(),
             governor: Governor::default(),
             quality: Governor::default().active_quality(&settings.propagation, settings.max_paths),
             last_time_s: None,

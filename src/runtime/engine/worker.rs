@@ -17,7 +17,9 @@ use crate::propagation::{Propagator, Workers};
 use crate::runtime::budget::{ActiveQuality, Governor, UpdateCost};
 use crate::runtime::handover::atomic_box::AtomicBox;
 use crate::runtime::handover::newest::{Receiver, Sender};
+use crate::runtime::handover::shared_value::SharedValue;
 use crate::runtime::phone::DeviceHints;
+use crate::runtime::pipeline::expected_listener::ExpectedListener;
 use crate::runtime::pipeline::jumps::UpdateKind;
 use crate::runtime::pipeline::line_lengths::LineLengths;
 use crate::runtime::pipeline::pose_prediction::UseInterval;
@@ -59,6 +61,8 @@ pub(super) struct Worker {
     /// Threads of an update, and the request of the controller to end it.
     pub(super) threads: Threads,
     pub(super) interruption: Arc<Interruption>,
+    /// Where the update under way expects the listener.
+    pub(super) expected: Arc<SharedValue<Option<ExpectedListener>>>,
     pub(super) governor: Governor,
     /// Quality in force.
     pub(super) quality: ActiveQuality,
@@ -114,7 +118,7 @@ pub(super) fn extrapolator_for(
 
 impl Worker {
     /// Computes and sends an update if there are new poses or a new propagator; returns the pause before the next,
-    /// `None` if there was nothing to do. An update that a jump has overtaken is not sent.
+    /// `None` if there was nothing to do. An update that a jump or a turn has overtaken is not sent.
     pub(super) fn step(&mut self) -> Option<Duration> {
         let Some(message) = self.compute(None) else {
             // After an interruption there are poses left.
@@ -173,6 +177,8 @@ impl Worker {
         let UpdateMessage {
             paths, prepared, ..
         } = &mut *message;
+        self.expected
+            .store(self.pipeline.expected_listener(&request));
         // What travels with an update has to arrive.
         let has_replacements = self.extrapolator.is_some() || self.scenes.is_some();
         let may_end = kind == UpdateKind::Whole && !self.synchronous && virtual_time.is_none();
@@ -397,7 +403,7 @@ impl Worker {
         }
     }
 
-    /// Whether a jump has overtaken the last update, and nothing else travels with it.
+    /// Whether a jump or a turn has overtaken the last update, and nothing else travels with it.
     pub(super) fn is_overtaken(&self, last: &UpdateMessage) -> bool {
         let newest = self.newest.as_ref();
         let has_jumped = newest.is_some_and(|world| {
@@ -408,9 +414,13 @@ impl Worker {
         has_jumped && !last.has_replacements()
     }
 
-    /// Drops an update that a jump has overtaken, except for what lengthens delay lines: later updates count on it.
+    /// Drops an update that a jump or a turn has overtaken, except for what lengthens delay lines: later updates count on it.
     pub(super) fn drop_overtaken(&mut self, mut message: Box<UpdateMessage>) {
         self.unsent_lines.append(&mut message.lines);
+        let others = self.others.iter_mut().map(|other| &mut other.pipeline);
+        others
+            .chain([&mut self.pipeline])
+            .for_each(UpdatePipeline::drop_last);
         self.updates.keep(message);
     }
 

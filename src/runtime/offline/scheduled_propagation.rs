@@ -89,7 +89,8 @@ impl ScheduledPropagation {
     /// Advances to the next graphics frame; returns the result that becomes usable in it, if any.
     ///
     /// In frame 0 both schedules use a result for the poses of frame 0, after a warm-up of sixteen updates. Delayed
-    /// updates follow from frame 1 on, each when the last one arrives, or at a jump, which drops what is under way.
+    /// updates follow from frame 1 on, each when the last one arrives, or at a jump or a fast listener's turn, which drop what
+    /// is under way.
     pub(crate) fn next_frame(&mut self, poses: &Poses) -> Option<PathSet> {
         let time_s = self.time_s();
         let history = self.pipeline.history_mut();
@@ -104,6 +105,7 @@ impl ScheduledPropagation {
                 && let Some((_, dropped)) = self.pending.take()
             {
                 self.spare = dropped;
+                self.pipeline.drop_last();
             }
             let arrived = match self.pending.take_if(|(usable, _)| *usable <= self.frame) {
                 Some((_, result)) => {

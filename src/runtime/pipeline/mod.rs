@@ -4,6 +4,7 @@
 //! Control side. [`update_pipeline::UpdatePipeline`] takes poses as they come, computes an update for the poses at which it
 //! will be used, and prepares it for the predictor. No thread, no clock.
 
+pub(crate) mod expected_listener;
 pub(crate) mod jump_watch;
 pub(crate) mod jumps;
 pub(crate) mod line_lengths;

@@ -33,7 +33,7 @@ pub(crate) struct UseInterval {
 
 impl UseInterval {
     /// Time of the poses to predict.
-    fn target_s(&self, target: PredictionTarget) -> f64 {
+    pub(crate) fn target_s(&self, target: PredictionTarget) -> f64 {
         match target {
             PredictionTarget::None => 0.0,
             PredictionTarget::Arrival => self.arrival_s,

@@ -6,6 +6,7 @@
 
 use crate::extrapolation::{PredictorKind, PreparedUpdate};
 use crate::propagation::{Path, PathSet, Propagator, Workers};
+use crate::runtime::pipeline::expected_listener::ExpectedListener;
 use crate::runtime::pipeline::jumps::{Jumps, UpdateKind};
 use crate::runtime::pipeline::loudest_paths::{keep_loudest, keep_loudest_nearby};
 use crate::runtime::pipeline::pose_history::PoseHistory;
@@ -41,6 +42,10 @@ pub(crate) struct UpdatePipeline {
     last: Option<(f64, UpdateKind)>,
     /// Jumps that only a first update has followed yet, or one for their sources alone.
     recent: Jumps,
+    /// Where the last update expects the listener.
+    expected: Option<ExpectedListener>,
+    /// Whether the last update was dropped.
+    is_dropped: bool,
 }
 
 impl UpdatePipeline {
@@ -62,11 +67,32 @@ impl UpdatePipeline {
         }
     }
 
-    /// Whether the listener or one of these sources has jumped since the poses of a whole update: if that is under way, it
-    /// is for an old position.
+    /// Whether the listener or one of these sources has jumped since the poses of a whole update, or the listener has turned
+    /// away from where that expects it: if it is under way, it is for another position.
     pub(crate) fn is_overtaken(&self, sources: &[SourcePose]) -> bool {
         let is_whole = matches!(self.last, Some((_, UpdateKind::Whole)));
-        is_whole && !self.jumps(sources).is_empty()
+        let has_turned = || {
+            let expected = self.expected.as_ref();
+            expected.is_some_and(|expected| expected.is_missed(&self.history))
+        };
+        is_whole && (has_turned() || !self.jumps(sources).is_empty())
+    }
+
+    /// The last update does not arrive.
+    pub(crate) fn drop_last(&mut self) {
+        self.is_dropped = true;
+    }
+
+    /// Where an update expects the listener while it is in use. Nowhere unless a whole one has arrived before it: a listener
+    /// that turns all the time has every other one.
+    pub(crate) fn expected_listener(
+        &self,
+        request: &UpdateRequest<'_>,
+    ) -> Option<ExpectedListener> {
+        let after_whole = matches!(self.last, Some((_, UpdateKind::Whole)));
+        let interval = request.in_use.filter(|_| after_whole && !self.is_dropped)?;
+        let target = request.predictor.prediction_target();
+        ExpectedListener::after(interval.target_s(target), &self.history)
     }
 
     /// The kind of an asynchronous update that begins now.
@@ -76,6 +102,8 @@ impl UpdatePipeline {
         };
         let jumps = self.jumps(sources);
         let next = match jumps.is_empty() {
+            // The listener has turned, and is fast.
+            true if last == UpdateKind::Whole && self.is_dropped => UpdateKind::Plain,
             true => last.next(),
             false => last.next_after_jump(),
         };
@@ -104,6 +132,8 @@ impl UpdatePipeline {
             }
             None => poses.set_present(present.0, present.1),
         }
+        self.expected = self.expected_listener(request);
+        self.is_dropped = false;
         let jumps = self.jumps(request.sources);
         self.last = Some((request.time_s, request.kind));
         let is_whole = request.kind == UpdateKind::Whole;
@@ -135,6 +165,7 @@ impl UpdatePipeline {
         propagator.set_scope(jumps.scope(request.kind, &before));
         propagator.update_with(workers, &poses.listener, sources, time_s, result);
         if workers.is_interrupted() {
+            self.drop_last();
             return 0;
         }
         if beyond.is_some() {

@@ -34,6 +34,8 @@ use crate::runtime::engine::sample_source::SampleSource;
 use crate::runtime::engine::slot_release::{PlaybackProgress, release_s};
 use crate::runtime::engine::source_virtualization::{SourceVirtualizer, VirtualSource};
 use crate::runtime::handover::newest::{Receiver, Sender};
+use crate::runtime::handover::shared_value::SharedValue;
+use crate::runtime::pipeline::expected_listener::{ExpectedListener, TurnWatch};
 use crate::runtime::pipeline::jump_watch::JumpWatch;
 use crate::runtime::pipeline::pose_history::PoseHistory;
 use crate::runtime::threads::clock::now;
@@ -95,6 +97,8 @@ pub struct Controller {
     jump_watch: JumpWatch,
     /// Of the worker.
     interruption: Arc<Interruption>,
+    expected: Arc<SharedValue<Option<ExpectedListener>>>,
+    turn_watch: TurnWatch,
     listener: ListenerPose,
     /// Further listeners.
     others: Vec<ListenerPose>,
@@ -117,6 +121,8 @@ impl Controller {
         Ok(Self {
             jump_watch: JumpWatch::default(),
             interruption: Arc::clone(&worker.interruption),
+            expected: Arc::clone(&worker.expected),
+            turn_watch: TurnWatch::default(),
             scene: Arc::clone(worker.propagator.scene()),
             propagation: Propagation::start(worker, &settings)?,
             builder: SceneBuilder::default(),
@@ -216,7 +222,10 @@ impl Controller {
         world.recent.push(time_s, &self.listener, &self.slot_poses);
         let ears = std::iter::once(&self.listener).chain(&self.others);
         let ears = ears.map(|listener| listener.position);
-        if self.jump_watch.observe(time_s, ears, &self.slot_poses) {
+        let has_jumped = self.jump_watch.observe(time_s, ears, &self.slot_poses);
+        let expected = self.expected.load();
+        let has_turned = self.turn_watch.observe(time_s, &self.listener, expected);
+        if has_jumped || has_turned {
             self.interruption.request();
         }
         self.channels.world.send(world);
