@@ -138,9 +138,12 @@ fn asynchrony_is_inaudible() {
     );
 }
 
-/// Graphics frames from a step of so many metres in graphics frame 40 to the arrival of the next update, and its extrapolation
-/// level; `None` without one in 60 frames.
-fn next_update(listener_m: f32, source_m: f32) -> Option<(u32, u32)> {
+/// Graphics frames from frame 40 on in which updates arrive, with their extrapolation levels, until frame 100. Listener and source
+/// are so many metres aside, by graphics frames since frame 40.
+fn updates(
+    listener_m: impl Fn(f32) -> f32,
+    source_m: impl Fn(f32) -> f32,
+) -> impl Iterator<Item = (u32, u32)> {
     let (mut engine, ids) = engine(
         EngineSchedule::Asynchronous,
         PredictorKind::default(),
@@ -149,22 +152,28 @@ fn next_update(listener_m: f32, source_m: f32) -> Option<(u32, u32)> {
     let doorway = procedural::doorway();
     let start = doorway.walk.from.lerp(doorway.walk.to, 0.3);
     let aside = (doorway.walk.to - doorway.walk.from).normalize();
-    let mut before = 0;
+    let (mut before, mut updates) = (0, Vec::new());
     for frame in 0..100 {
-        let has_jumped = frame >= 40;
-        let put = |by_m: f32| aside * if has_jumped { by_m } else { 0.0 };
-        let listener = ListenerPose::facing(start + put(listener_m), 0.0);
-        let source = SourcePose::at(ids[0], doorway.sources[0].1 + put(source_m));
+        let since = frame as f32 - 40.0;
+        let listener = ListenerPose::facing(start + aside * listener_m(since), 0.0);
+        let source = SourcePose::at(ids[0], doorway.sources[0].1 + aside * source_m(since));
         engine
             .next_frame(listener, &[source], |_| ())
             .expect("valid poses");
         let statistics = engine.controller().statistics();
-        if has_jumped && statistics.updates > before {
-            return Some((frame - 40, statistics.extrapolation_level));
+        if frame >= 40 && statistics.updates > before {
+            updates.push((frame - 40, statistics.extrapolation_level));
         }
         before = statistics.updates;
     }
-    None
+    updates.into_iter()
+}
+
+/// Graphics frames from a step of so many metres in graphics frame 40 to the arrival of the next update, and its extrapolation
+/// level; `None` without one in 60 frames.
+fn next_update(listener_m: f32, source_m: f32) -> Option<(u32, u32)> {
+    let step = |by_m: f32| move |since: f32| if since >= 0.0 { by_m } else { 0.0 };
+    updates(step(listener_m), step(source_m)).next()
 }
 
 /// L = 12: an update takes thirteen graphics frames, an urgent one for two sources 0.12 of that, two frames: L = 1. A graphics
@@ -185,31 +194,10 @@ fn a_step_is_no_jump() {
     assert_eq!(level, 12);
 }
 
-/// Graphics frames from frame 40 on in which updates arrive, with their levels, while the listener walks a way in metres by
-/// graphics frames since then.
+/// [`updates`] after frame 40 while the listener alone moves.
 fn updates_on_the_way(way_m: impl Fn(f32) -> f32) -> Vec<(u32, u32)> {
-    let (mut engine, ids) = engine(
-        EngineSchedule::Asynchronous,
-        PredictorKind::default(),
-        &[13],
-    );
-    let doorway = procedural::doorway();
-    let middle = doorway.walk.from.lerp(doorway.walk.to, 0.3);
-    let ahead = (doorway.walk.to - doorway.walk.from).normalize();
-    let (mut before, mut updates) = (0, Vec::new());
-    for frame in 0..100 {
-        let at = middle + ahead * way_m(frame as f32 - 40.0);
-        let source = SourcePose::at(ids[0], doorway.sources[0].1);
-        engine
-            .next_frame(ListenerPose::facing(at, 0.0), &[source], |_| ())
-            .expect("valid poses");
-        let statistics = engine.controller().statistics();
-        if frame > 40 && statistics.updates > before {
-            updates.push((frame - 40, statistics.extrapolation_level));
-        }
-        before = statistics.updates;
-    }
-    updates
+    let after = |(frame, _): &(u32, u32)| *frame > 0;
+    updates(way_m, |_| 0.0).filter(after).collect()
 }
 
 /// The listener begins to run: what is under way for its position of rest is dropped within four graphics frames, and a plain

@@ -205,9 +205,9 @@ struct Coefficients {
 
 /// Gains of all lines as powers of two: of the common gain, and of each shelf's `r`.
 ///
-/// In a ramp these grow evenly: as a shelf's level in decibels is nearly proportional to its gain, no level is above both
-/// ends of the ramp. Of coefficients that grow evenly some are still high while others already are, up to 140 dB more than
-/// at either end where levels go up and down from band to band.
+/// In a ramp these grow evenly, so levels in decibels, nearly proportional to the shelves' gains, stay between the ramp's ends.
+/// If coefficients grew evenly, some would still be high while others already are: up to 140 dB more than at either end,
+/// where levels go up and down from band to band.
 #[derive(Debug, Clone, Default)]
 struct Exponents {
     gain: [F32x8; BUNDLES],

@@ -233,7 +233,7 @@ fn a_graphics_frame_within_a_ramp_does_not_end_it() {
     assert!(found < 0.01, "{found}");
 }
 
-/// Levels of a wave as few rays make them up, in the bootcamp with eight sources: a burst of twenty times the level around it.
+/// Levels of a wave as few rays make them up, in the bootcamp with eight sources, where a burst was 28 times as loud as the rest.
 #[test]
 fn a_ramp_between_jagged_levels_has_no_burst() {
     let design = ShelfDesign::new(RATE_HZ);

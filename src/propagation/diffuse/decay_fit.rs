@@ -43,7 +43,7 @@ const SLOWER: f64 = 0.77;
 
 /// Largest rate of the second group relative to the first one's. Most decays bend little by little: with the geometric mean of
 /// the first and the last rate a courtyard with an archway had decays of 1.9, 0.2 and 0.07 s, and none for what is heard.
-const NEXT: f64 = 1.5;
+const MAX_SECOND_RATE: f64 = 1.5;
 
 /// Least share of the energy after a reflection in local rates.
 const MIN_KEPT: f32 = 1e-3;
@@ -150,7 +150,7 @@ fn rates_of(
         let fast = quantile(local, field.share, b, FAST_QUANTILE);
         let ratio = (fast / slow).max(2.0);
         let share = ((ratio.log2() - ONE_DECAY) / (TWO_DECAYS - ONE_DECAY)).clamp(0.0, 1.0);
-        let other = (SLOWER.powf(1.0 - share) * ratio.powf(0.5 * share)).min(NEXT);
+        let other = (SLOWER.powf(1.0 - share) * ratio.powf(0.5 * share)).min(MAX_SECOND_RATE);
         let of_groups = [slow, slow * other, slow * ratio];
         for (rates, rate) in rates.iter_mut().zip(of_groups) {
             rates[b] = rate.clamp(least, most) as f32;

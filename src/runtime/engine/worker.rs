@@ -139,6 +139,8 @@ impl Worker {
     /// update. An update that a jump overtakes may end early, without a message.
     pub(super) fn compute(&mut self, virtual_time: Option<Duration>) -> Option<Box<UpdateMessage>> {
         let ordered = self.take_propagator();
+        // What the last update expected says nothing about this one.
+        self.expected.store(None);
         self.interruption.clear();
         self.collect_poses();
         let posed = std::mem::take(&mut self.has_new_poses);

@@ -37,7 +37,7 @@ impl ExpectedListener {
 
     /// Whether the listener has turned away, by its newest graphics frame and by its last ones; not after that time.
     pub(crate) fn is_missed(&self, history: &PoseHistory) -> bool {
-        let found = || {
+        let is_missed = || {
             let (now, before) = (history.get(0)?, history.get(MEAN_FRAMES)?);
             let ahead_s = self.time_s - now.time_s;
             let newest = Self::after(ahead_s, history)?.position;
@@ -48,11 +48,10 @@ impl ExpectedListener {
                 later.map(|frame| frame.listener) != earlier.map(|frame| frame.listener)
             };
             let has_moved = (0..MEAN_FRAMES).all(is_step);
-            let found = [newest, if has_moved { newest } else { mean }];
-            (ahead_s > 0.0).then_some(found)
+            let is_far = |found: Vec3| found.distance(self.position) > TURNED_M;
+            Some(ahead_s > 0.0 && is_far(newest) && (has_moved || is_far(mean)))
         };
-        let is_far = |found: Vec3| found.distance(self.position) > TURNED_M;
-        found().is_some_and(|found| found.into_iter().all(is_far))
+        is_missed().unwrap_or(false)
     }
 }
 
