@@ -12,7 +12,7 @@ use crate::acoustics::bands::{CENTRES_HZ, exp_neg};
 use crate::acoustics::medium::HIGH_AIR_HZ;
 use crate::acoustics::{BANDS, BandArray};
 use crate::generation::delay::interpolation::weights;
-use crate::simd::{LaneSet, kernel};
+use crate::simd::{LaneSet, Lanes, kernel};
 
 /// Taps on each side of the middle, and the delay of the filter in frames.
 pub(crate) const AIR_DELAY: usize = 4;
@@ -166,20 +166,31 @@ kernel! {
     fn filter_lanes<L>(input: &[f32], taps: &AirTaps, output: &mut [f32]) {
         let taps = taps.map(L::splat);
         let (eights, rest) = output.as_chunks_mut::<8>();
-        let whole = eights.len();
-        for index in 0..whole + usize::from(!rest.is_empty()) {
-            let at = |offset: usize| L::load_at(input, 8 * index + offset);
-            let mut sum = at(AIR_DELAY).mul(taps[0]);
-            for away in 1..=AIR_DELAY {
-                let pair = at(AIR_DELAY - away).add(at(AIR_DELAY + away));
-                sum = pair.mul_add(taps[away], sum);
-            }
-            match index < whole {
-                true => sum.store(&mut eights[index]),
-                false => rest.copy_from_slice(&sum.to_array().0[..rest.len()]),
-            }
+        let mut from = 0;
+        for eight in eights {
+            filter_eight(&input[from..], &taps).store(eight);
+            from += 8;
+        }
+        if !rest.is_empty() {
+            let eight = filter_eight(&input[from..], &taps).to_array();
+            rest.copy_from_slice(&eight.0[..rest.len()]);
         }
     }
+}
+
+/// Eight filtered frames; zeros if the input is shorter than they need.
+#[inline(always)]
+fn filter_eight<L: Lanes>(input: &[f32], taps: &[L; AIR_DELAY + 1]) -> L {
+    let Some(window) = input.first_chunk::<{ 8 + 2 * AIR_DELAY }>() else {
+        return L::splat(0.0);
+    };
+    let mut sum = L::load_at(window, AIR_DELAY).mul(taps[0]);
+    for away in 1..=AIR_DELAY {
+        let before = L::load_at(window, AIR_DELAY - away);
+        let pair = before.add(L::load_at(window, AIR_DELAY + away));
+        sum = pair.mul_add(taps[away], sum);
+    }
+    sum
 }
 
 /// State of a filtered path.

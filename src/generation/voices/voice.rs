@@ -311,27 +311,26 @@ struct RampedGains {
 kernel! {
     /// Mixes the bands of tiles with their gains.
     fn mix<L>(tiles: &[Tile], gains: &RampedGains, mixture: &mut [f32]) {
-        let moving = gains.to_come.clamp(0, (tiles.len() * TILE) as i64) as usize;
-        let (moving, resting) = tiles.split_at(moving.div_ceil(TILE));
+        let to_come = gains.to_come.clamp(0, (tiles.len() * TILE) as i64) as usize;
+        let (moving, resting) = tiles.split_at(to_come / TILE);
         let (ramped, rested) = mixture.split_at_mut(moving.len() * TILE);
         let all = paired_lanes::<L>(gains.gain);
-        if !moving.is_empty() {
-            let growths = paired_lanes::<L>(gains.growth);
-            let mut to_come = gains.to_come as f32;
-            for (tile, mixed) in moving.iter().zip(ramped.as_chunks_mut::<TILE>().0) {
-                let left = L::splat(to_come).sub(L::from_array(LANE_INDICES));
-                // The gains are constant after the ramp's end.
-                let left = if to_come < TILE as f32 {
-                    L::from_array(not_negative(left.to_array()))
-                } else {
-                    left
-                };
-                left.neg_mul_add(sum(tile, &growths), sum(tile, &all))
-                    .store(mixed);
-                to_come -= TILE as f32;
-            }
+        let growths = paired_lanes::<L>(gains.growth);
+        let mut left = L::splat(gains.to_come as f32).sub(L::from_array(LANE_INDICES));
+        for (tile, mixed) in moving.iter().zip(ramped.as_chunks_mut::<TILE>().0) {
+            left.neg_mul_add(sum(tile, &growths), sum(tile, &all)).store(mixed);
+            left = left.sub(L::splat(TILE as f32));
         }
-        for (tile, mixed) in resting.iter().zip(rested.as_chunks_mut::<TILE>().0) {
+        let mut rested = rested.as_chunks_mut::<TILE>().0.iter_mut();
+        let mut resting = resting.iter();
+        if !to_come.is_multiple_of(TILE)
+            && let (Some(tile), Some(mixed)) = (resting.next(), rested.next())
+        {
+            // The gains are constant after the ramp's end.
+            let left = L::from_array(not_negative(left.to_array()));
+            left.neg_mul_add(sum(tile, &growths), sum(tile, &all)).store(mixed);
+        }
+        for (tile, mixed) in resting.zip(rested) {
             sum::<L>(tile, &all).store(mixed);
         }
     }
