@@ -11,31 +11,48 @@ use crate::generation::delay::interpolation::{AHEAD, Intervals, ReadRequest};
 use crate::generation::panning::direction_table::DirectionTable;
 use crate::generation::ramp::{ChunkSpan, LinearRamp};
 
-/// Frames for which slow weights are held: one addition per weight and frame costs as much as adding the arrival.
-const HOLD: u32 = 8;
-
 /// Largest deviation of held weights from the exact ramp, relative to their root sum of squares over both ears: −60 dB.
-/// Faster weights are computed for every frame.
 const HELD_ERROR: f32 = 1e-3;
 
-/// Rate of an arrival's weights within the present ramp.
+/// Rate of an arrival's weights within the present ramp, which tells for how many frames they are held. Weights that change with every
+/// frame cost more than adding the arrival.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(crate) enum RampRate {
     #[default]
     Constant,
-    /// Held for [`HOLD`] frames.
     Slow,
+    Moderate,
+    /// Not held.
     Fast,
 }
 
 impl RampRate {
-    fn ramp(self, left: u32) -> Option<Ramp> {
-        let hold = match self {
-            Self::Constant => return None,
-            Self::Slow => HOLD,
+    /// Frames for which growing weights are held.
+    fn hold(self) -> u32 {
+        match self {
+            Self::Constant | Self::Slow => 32,
+            Self::Moderate => 8,
             Self::Fast => 1,
+        }
+    }
+
+    fn ramp(self, left: u32) -> Option<Ramp> {
+        let grows = self != Self::Constant && left > 0;
+        let hold = self.hold();
+        grows.then_some(Ramp { left, hold })
+    }
+
+    /// The slowest rate at which held weights are exact enough, for the sums of the squares of growths and weights.
+    fn of(change: f32, size: f32) -> Self {
+        let is_exact = |rate: &Self| {
+            let furthest = 0.5 * (rate.hold() - 1) as f32;
+            furthest * furthest * change <= HELD_ERROR * HELD_ERROR * size
         };
-        (left > 0).then_some(Ramp { left, hold })
+        if change == 0.0 {
+            return Self::Constant;
+        }
+        let held = [Self::Slow, Self::Moderate].into_iter().find(is_exact);
+        held.unwrap_or(Self::Fast)
     }
 }
 
@@ -68,15 +85,7 @@ impl Weights<'_> {
         };
         retarget_weights(set, self.target, self.growth, target, step, &mut sums);
         let [change, size] = sums;
-        let (change, size) = (change.sum(), size.sum());
-        const FURTHEST: f32 = 0.5 * (HOLD - 1) as f32;
-        if change == 0.0 {
-            RampRate::Constant
-        } else if FURTHEST * FURTHEST * change <= HELD_ERROR * HELD_ERROR * size {
-            RampRate::Slow
-        } else {
-            RampRate::Fast
-        }
+        RampRate::of(change.sum(), size.sum())
     }
 
     pub(crate) fn stop(&mut self, left: u32) {

@@ -9,7 +9,7 @@
 
 use std::sync::Arc;
 
-use crate::simd::{F32x8, LaneSet, kernel};
+use crate::simd::{F32x8, LaneSet, Lanes, kernel};
 
 use crate::generation::panning::direction_table::LANES;
 use crate::generation::{CHUNK, Hrtf};
@@ -43,11 +43,7 @@ impl Ramp {
     }
 }
 
-/// Stretches after which growing weights are recomputed: the rounding errors of a constant growth have one sign, and 32
-/// of them stay below 2e-6 of the weight.
-const MAX_INCREMENTS: u32 = 32;
-
-/// Arrivals added in one pass over the buses: their weights take half of the registers.
+/// Arrivals added in one pass over the buses.
 pub(crate) const BATCH: usize = 8;
 
 impl Contribution<'static> {
@@ -206,67 +202,109 @@ fn add_channels(bus: &[F32x8], output: &mut [f32], stride: usize, used: usize) {
 kernel! {
     /// Adds arrivals to one group; the weights are constant within each stretch of the ramp.
     fn add_arrivals<L>(bus: &mut [F32x8], arrivals: &[Contribution; BATCH], ramp: Ramp) {
+        let Ramp { left, hold } = ramp;
         let [a, b, c, d, e, f, g, h] = arrivals;
         let frames = bus.len();
         let (signal_a, signal_b) = (&a.signal[..frames], &b.signal[..frames]);
         let (signal_c, signal_d) = (&c.signal[..frames], &d.signal[..frames]);
         let (signal_e, signal_f) = (&e.signal[..frames], &f.signal[..frames]);
         let (signal_g, signal_h) = (&g.signal[..frames], &h.signal[..frames]);
-        let Ramp { left, hold } = ramp;
-        let growths = L::splat(hold as f32);
-        let steps: [F32x8; BATCH] = [
-            growths.mul(L::from_array(a.growth)).to_array(),
-            growths.mul(L::from_array(b.growth)).to_array(),
-            growths.mul(L::from_array(c.growth)).to_array(),
-            growths.mul(L::from_array(d.growth)).to_array(),
-            growths.mul(L::from_array(e.growth)).to_array(),
-            growths.mul(L::from_array(f.growth)).to_array(),
-            growths.mul(L::from_array(g.growth)).to_array(),
-            growths.mul(L::from_array(h.growth)).to_array(),
-        ];
+        // Stretches are counted from the ramp's end.
+        let mut stretch = left.saturating_sub(1) / hold;
         let mut start = 0;
         while start < frames {
-            // Stretches are counted from the ramp's end.
-            let first = (left - 1 - start as u32) / hold;
-            let to_come = (first * hold) as f32 + 0.5 * (hold - 1) as f32;
-            let to_come = L::splat(to_come);
-            let mut wa = L::from_array(a.growth).neg_mul_add(to_come, L::from_array(a.target));
-            let mut wb = L::from_array(b.growth).neg_mul_add(to_come, L::from_array(b.target));
-            let mut wc = L::from_array(c.growth).neg_mul_add(to_come, L::from_array(c.target));
-            let mut wd = L::from_array(d.growth).neg_mul_add(to_come, L::from_array(d.target));
-            let mut we = L::from_array(e.growth).neg_mul_add(to_come, L::from_array(e.target));
-            let mut wf = L::from_array(f.growth).neg_mul_add(to_come, L::from_array(f.target));
-            let mut wg = L::from_array(g.growth).neg_mul_add(to_come, L::from_array(g.target));
-            let mut wh = L::from_array(h.growth).neg_mul_add(to_come, L::from_array(h.target));
-            let mut stretch = first;
-            loop {
-                let end = frames.min((left - stretch * hold) as usize);
-                for frame in start..end {
-                    let sum = wa.mul_add(L::splat(signal_a[frame]), L::from_array(bus[frame]));
-                    let sum = wb.mul_add(L::splat(signal_b[frame]), sum);
-                    let sum = wc.mul_add(L::splat(signal_c[frame]), sum);
-                    let sum = wd.mul_add(L::splat(signal_d[frame]), sum);
-                    let sum = we.mul_add(L::splat(signal_e[frame]), sum);
-                    let sum = wf.mul_add(L::splat(signal_f[frame]), sum);
-                    let sum = wg.mul_add(L::splat(signal_g[frame]), sum);
-                    bus[frame] = wh.mul_add(L::splat(signal_h[frame]), sum).to_array();
-                }
-                start = end;
-                if start == frames || stretch == 0 || first - stretch == MAX_INCREMENTS - 1 {
-                    break;
-                }
-                stretch -= 1;
-                wa = wa.add(L::from_array(steps[0]));
-                wb = wb.add(L::from_array(steps[1]));
-                wc = wc.add(L::from_array(steps[2]));
-                wd = wd.add(L::from_array(steps[3]));
-                we = we.add(L::from_array(steps[4]));
-                wf = wf.add(L::from_array(steps[5]));
-                wg = wg.add(L::from_array(steps[6]));
-                wh = wh.add(L::from_array(steps[7]));
+            let to_come = L::splat((stretch * hold) as f32 + 0.5 * (hold - 1) as f32);
+            let end = frames.min((left - stretch * hold) as usize);
+            while start + 8 <= end
+                && let Some(frames) = bus[start..end].first_chunk_mut::<8>()
+            {
+                // The sums of eight frames do not wait for each other.
+                let mut sums = load_eight::<L>(frames);
+                add_to_eight(&mut sums, weights(a, to_come), &signal_a[start..]);
+                add_to_eight(&mut sums, weights(b, to_come), &signal_b[start..]);
+                add_to_eight(&mut sums, weights(c, to_come), &signal_c[start..]);
+                add_to_eight(&mut sums, weights(d, to_come), &signal_d[start..]);
+                add_to_eight(&mut sums, weights(e, to_come), &signal_e[start..]);
+                add_to_eight(&mut sums, weights(f, to_come), &signal_f[start..]);
+                add_to_eight(&mut sums, weights(g, to_come), &signal_g[start..]);
+                add_to_eight(&mut sums, weights(h, to_come), &signal_h[start..]);
+                store_eight(sums, frames);
+                start += 8;
             }
+            while start < end {
+                let sum = L::from_array(bus[start]);
+                let sum = weights(a, to_come).mul_add(L::splat(signal_a[start]), sum);
+                let sum = weights(b, to_come).mul_add(L::splat(signal_b[start]), sum);
+                let sum = weights(c, to_come).mul_add(L::splat(signal_c[start]), sum);
+                let sum = weights(d, to_come).mul_add(L::splat(signal_d[start]), sum);
+                let sum = weights(e, to_come).mul_add(L::splat(signal_e[start]), sum);
+                let sum = weights(f, to_come).mul_add(L::splat(signal_f[start]), sum);
+                let sum = weights(g, to_come).mul_add(L::splat(signal_g[start]), sum);
+                let sum = weights(h, to_come).mul_add(L::splat(signal_h[start]), sum);
+                bus[start] = sum.to_array();
+                start += 1;
+            }
+            stretch = stretch.saturating_sub(1);
         }
     }
+}
+
+/// Adds one tap of a filter to the sums of four frames.
+#[inline(always)]
+fn add_tap<L: Lanes>(sums: &mut [L; 4], input: [L; 4], tap: &F32x8) {
+    let tap = L::from_array(*tap);
+    sums[0] = input[0].mul_add(tap, sums[0]);
+    sums[1] = input[1].mul_add(tap, sums[1]);
+    sums[2] = input[2].mul_add(tap, sums[2]);
+    sums[3] = input[3].mul_add(tap, sums[3]);
+}
+
+/// Weights of an arrival some frames before the ramp's end.
+#[inline(always)]
+fn weights<L: Lanes>(one: &Contribution, to_come: L) -> L {
+    L::from_array(one.growth).neg_mul_add(to_come, L::from_array(one.target))
+}
+
+#[inline(always)]
+fn load_eight<L: Lanes>(frames: &[F32x8; 8]) -> [L; 8] {
+    let [a, b, c, d, e, f, g, h] = *frames;
+    let (a, b, c, d) = (
+        L::from_array(a),
+        L::from_array(b),
+        L::from_array(c),
+        L::from_array(d),
+    );
+    let (e, f, g, h) = (
+        L::from_array(e),
+        L::from_array(f),
+        L::from_array(g),
+        L::from_array(h),
+    );
+    [a, b, c, d, e, f, g, h]
+}
+
+#[inline(always)]
+fn store_eight<L: Lanes>(sums: [L; 8], frames: &mut [F32x8; 8]) {
+    let [a, b, c, d, e, f, g, h] = sums;
+    let (a, b, c, d) = (a.to_array(), b.to_array(), c.to_array(), d.to_array());
+    let (e, f, g, h) = (e.to_array(), f.to_array(), g.to_array(), h.to_array());
+    *frames = [a, b, c, d, e, f, g, h];
+}
+
+/// Adds weights times the first eight values of a signal, each to a sum of its own.
+#[inline(always)]
+fn add_to_eight<L: Lanes>(sums: &mut [L; 8], weights: L, signal: &[f32]) {
+    let Some([a, b, c, d, e, f, g, h]) = signal.first_chunk() else {
+        return;
+    };
+    sums[0] = weights.mul_add(L::splat(*a), sums[0]);
+    sums[1] = weights.mul_add(L::splat(*b), sums[1]);
+    sums[2] = weights.mul_add(L::splat(*c), sums[2]);
+    sums[3] = weights.mul_add(L::splat(*d), sums[3]);
+    sums[4] = weights.mul_add(L::splat(*e), sums[4]);
+    sums[5] = weights.mul_add(L::splat(*f), sums[5]);
+    sums[6] = weights.mul_add(L::splat(*g), sums[6]);
+    sums[7] = weights.mul_add(L::splat(*h), sums[7]);
 }
 
 kernel! {
@@ -277,19 +315,29 @@ kernel! {
         let taps = basis.len();
         let mut start = 0;
         while let Some([a, b, c, d]) = out[start..].first_chunk_mut() {
-            let zero = L::splat(0.0);
-            let (mut sum_a, mut sum_b, mut sum_c, mut sum_d) = (zero, zero, zero, zero);
             let window = &bus[start..start + taps + 3];
+            let mut sums = [L::splat(0.0); 4];
             let (mut in_a, mut in_b) = (L::from_array(window[0]), L::from_array(window[1]));
             let mut in_c = L::from_array(window[2]);
-            for (next, tap) in window[3..].iter().zip(basis.iter().rev()) {
-                let (in_d, tap) = (L::from_array(*next), L::from_array(*tap));
-                sum_a = in_a.mul_add(tap, sum_a);
-                sum_b = in_b.mul_add(tap, sum_b);
-                sum_c = in_c.mul_add(tap, sum_c);
-                sum_d = in_d.mul_add(tap, sum_d);
+            // With four taps at once no input changes its register.
+            let (inputs, last_inputs) = window[3..].as_chunks::<4>();
+            let (first_taps, taps_by_four) = basis.as_rchunks::<4>();
+            for (next, taps) in inputs.iter().zip(taps_by_four.iter().rev()) {
+                let in_d = L::from_array(next[0]);
+                add_tap(&mut sums, [in_a, in_b, in_c, in_d], &taps[3]);
+                in_a = L::from_array(next[1]);
+                add_tap(&mut sums, [in_b, in_c, in_d, in_a], &taps[2]);
+                in_b = L::from_array(next[2]);
+                add_tap(&mut sums, [in_c, in_d, in_a, in_b], &taps[1]);
+                in_c = L::from_array(next[3]);
+                add_tap(&mut sums, [in_d, in_a, in_b, in_c], &taps[0]);
+            }
+            for (next, tap) in last_inputs.iter().zip(first_taps.iter().rev()) {
+                let in_d = L::from_array(*next);
+                add_tap(&mut sums, [in_a, in_b, in_c, in_d], tap);
                 (in_a, in_b, in_c) = (in_b, in_c, in_d);
             }
+            let [sum_a, sum_b, sum_c, sum_d] = sums;
             *a = L::from_array(*a).add(sum_a).to_array();
             *b = L::from_array(*b).add(sum_b).to_array();
             *c = L::from_array(*c).add(sum_c).to_array();

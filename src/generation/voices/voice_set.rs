@@ -27,7 +27,7 @@ use crate::generation::voices::frame_plan::FramePlan;
 use crate::generation::voices::pending_voices::{CONTINUES, PendingVoice, PendingVoices};
 use crate::generation::voices::voice::{INDEX_BITS, MAX_FRESH, Voice, VoiceScratch};
 
-/// Kinds of voices that share batches: with eight or all components, times constant or slow weights or fast ones.
+/// Kinds of voices that share batches: with eight or all components, times constant or slow weights or faster ones.
 const KINDS: usize = 4;
 
 /// Voices that may start while others fade, besides a quarter of the active ones.
@@ -469,7 +469,7 @@ impl VoiceSet {
                 continue;
             };
             let is_fine = voice.groups[resting] == self.groups;
-            let is_fast = voice.rate == RampRate::Fast && chunk.left > 0;
+            let is_fast = voice.rate > RampRate::Slow && chunk.left > 0;
             let kind = usize::from(is_fine) + 2 * usize::from(is_fast);
             let count = &mut counts[kind];
             let scratch = VoiceScratch {
