@@ -7,4 +7,5 @@ pub(crate) mod mixing;
 pub(crate) mod network;
 mod send_grid;
 mod shelf_filter;
+mod shelves;
 pub(crate) mod wave_shares;

@@ -320,14 +320,20 @@ impl Network {
         ]
         .map(|value| value as f32);
         for (line, row) in rows.iter_mut().enumerate() {
-            row[..frames].fill(0.0);
+            let mut inputs: [(&[f32], f32); BUSES] = [(&[], 0.0); BUSES];
+            let mut fed = 0;
             for (bus, pattern) in self.patterns.iter().enumerate() {
                 if self.quiet_buses[bus] < past {
                     let (delay, gain) = pattern[line];
-                    let delayed = self.buses.delayed(bus, delay);
-                    add_scaled(self.set, gain, &delayed[..frames], &mut row[..frames]);
+                    inputs[fed] = (self.buses.delayed(bus, delay), gain);
+                    fed += 1;
                 }
             }
+            add_buses(
+                self.set,
+                &inputs[..fed],
+                &mut row[..frames.next_multiple_of(32).min(CHUNK)],
+            );
         }
         mix(self.set, &self.entry_signs, frames, rows);
         for (wave, row) in wave_rows.iter_mut().zip(rows.iter()) {
@@ -414,6 +420,30 @@ fn prime_from(n: usize) -> usize {
             .all(|d| !n.is_multiple_of(d))
     };
     (n.max(2)..).find(|&n| is_prime(n)).unwrap_or(n)
+}
+
+kernel! {
+    /// Sums signals times their gains, in whole parts of 32 frames.
+    fn add_buses<L>(inputs: &[(&[f32], f32)], output: &mut [f32]) {
+        for (number, output) in output.as_chunks_mut::<32>().0.iter_mut().enumerate() {
+            let zero = L::splat(0.0);
+            let (mut a, mut b, mut c, mut d) = (zero, zero, zero, zero);
+            for (input, gain) in inputs {
+                let Some(input) = input.as_chunks::<32>().0.get(number) else {
+                    continue;
+                };
+                let gain = L::splat(*gain);
+                a = L::load_at(input, 0).mul_add(gain, a);
+                b = L::load_at(input, 8).mul_add(gain, b);
+                c = L::load_at(input, 16).mul_add(gain, c);
+                d = L::load_at(input, 24).mul_add(gain, d);
+            }
+            a.store_at(output, 0);
+            b.store_at(output, 8);
+            c.store_at(output, 16);
+            d.store_at(output, 24);
+        }
+    }
 }
 
 kernel! {

@@ -6,24 +6,20 @@
 //! gain ρ² has the squared magnitude `(u² + ρ) / (u² + 1/ρ)`, u the squared ratio of warped frequency and edge. Its level in
 //! decibels is nearly proportional to its gain, so the gains of the shelves solve eight linear equations; corrections with the
 //! same matrix take up the rest, as long as they reduce it. Shelves are state-variable filters with trapezoidal integrators
-//! (\[ZAVALISHIN12\]), whose coefficients may move. Eight lines are lanes, and all lines go through a section together.
+//! (`shelves.rs`), whose coefficients may move.
 
 use std::f32::consts::SQRT_2;
 use std::f64::consts::PI;
 
 use crate::acoustics::bands::{CENTRES_HZ, EDGES_HZ};
 use crate::acoustics::{BANDS, BandArray};
-use crate::simd::{F32x8, LaneSet, Lanes, kernel};
+use crate::simd::{F32x8, LaneSet};
 
-use crate::generation::CHUNK;
 use crate::generation::bands::band_correction::invert;
 use crate::generation::reverb::mixing::{LINES, Rows};
-
-/// Shelves of a filter.
-const SHELVES: usize = BANDS - 1;
-
-/// Lanes of the lines.
-const BUNDLES: usize = LINES / 8;
+use crate::generation::reverb::shelves::{
+    BUNDLES, Coefficients, SHELVES, States, Stretch, filter, scale,
+};
 
 /// Largest change of the level from one band to the next in dB: a shelf of second order cannot be steeper.
 const MAX_STEP_DB: f64 = 12.0;
@@ -169,40 +165,6 @@ fn level_at(squares: &[f64; SHELVES], powers: &[f64; SHELVES], common_db: f64) -
     10.0 * ratio_at(squares, powers).log10() + common_db
 }
 
-/// Coefficients of one shelf for eight lines.
-#[derive(Debug, Clone, Copy, Default)]
-struct Shelf {
-    /// `g = tan(π f / rate) / r`, `r⁴` the gain.
-    integrator: F32x8,
-    /// `1 / (1 + √2 g + g²)`.
-    damping: F32x8,
-    /// `√2 (r² − 1)`.
-    band: F32x8,
-    /// `r⁴ − 1`.
-    low: F32x8,
-}
-
-impl Shelf {
-    /// Sets them for `r` as a power of two, at the tangent of an edge.
-    #[inline(always)]
-    fn set(&mut self, exponent: F32x8, tangent: f32) {
-        let (root, one, sqrt_2) = (exponent.exp2(), F32x8::splat(1.0), F32x8::splat(SQRT_2));
-        let square = root * root;
-        let g = F32x8::splat(tangent) / root;
-        self.integrator = g;
-        self.damping = one / (one + g * (sqrt_2 + g));
-        self.band = sqrt_2 * (square - one);
-        self.low = square * square - one;
-    }
-}
-
-/// Coefficients of all lines.
-#[derive(Debug, Clone, Default)]
-struct Coefficients {
-    gain: [F32x8; BUNDLES],
-    shelves: [[Shelf; BUNDLES]; SHELVES],
-}
-
 /// Gains of all lines as powers of two: of the common gain, and of each shelf's `r`.
 ///
 /// In a ramp these grow evenly, so levels in decibels, nearly proportional to the shelves' gains, stay between the ramp's ends.
@@ -242,28 +204,21 @@ impl Exponents {
         growth
     }
 
-    /// Sets coefficients to these gains.
-    fn set(&self, coefficients: &mut Coefficients, tangents: &[f32; SHELVES]) {
+    /// Sets coefficients to these gains, and the states for them.
+    fn set(&self, coefficients: &mut Coefficients, states: &mut States, tangents: &[f32; SHELVES]) {
         for (gain, exponent) in coefficients.gain.iter_mut().zip(&self.gain) {
             *gain = exponent.exp2();
         }
-        let of_shelves = self.shelves.iter().zip(tangents);
-        for (shelves, (exponents, tangent)) in coefficients.shelves.iter_mut().zip(of_shelves) {
-            for (shelf, exponent) in shelves.iter_mut().zip(exponents) {
-                shelf.set(*exponent, *tangent);
+        let of_shelves = self.shelves.iter().zip(tangents).zip(states);
+        for (shelves, ((exponents, tangent), states)) in
+            coefficients.shelves.iter_mut().zip(of_shelves)
+        {
+            for ((shelf, exponent), state) in shelves.iter_mut().zip(exponents).zip(states) {
+                shelf.set(*exponent, *tangent, state);
             }
         }
     }
 }
-
-/// The two integrators of one shelf for eight lines.
-#[derive(Debug, Clone, Copy, Default)]
-struct State {
-    band: F32x8,
-    low: F32x8,
-}
-
-type States = [[State; BUNDLES]; SHELVES];
 
 /// A filter for each line, with ramped gains.
 #[derive(Debug)]
@@ -404,12 +359,13 @@ impl ShelfFilter {
     /// Sets the coefficients in use to those `to_come` frames before the ramp's end.
     fn hold(&mut self, to_come: f32) {
         let gains = self.target.before(&self.growth, to_come);
-        gains.set(&mut self.present, &self.tangents);
+        gains.set(&mut self.present, &mut self.states, &self.tangents);
     }
 
     fn end_ramp(&mut self) {
         self.is_moving = false;
-        self.target.set(&mut self.present, &self.tangents);
+        self.target
+            .set(&mut self.present, &mut self.states, &self.tangents);
     }
 
     /// Filters the first `frames` frames of every line in place; `left` frames of the ramp remain.
@@ -448,116 +404,6 @@ impl ShelfFilter {
                 }
             }
         }
-    }
-}
-
-/// A run of frames of a chunk.
-#[derive(Debug, Clone, Copy)]
-struct Stretch {
-    start: usize,
-    count: usize,
-}
-
-/// Applies the gains alone.
-fn scale(coefficients: &Coefficients, range: Stretch, rows: &mut Rows) {
-    for (line, row) in rows.iter_mut().enumerate() {
-        let gain = coefficients.gain[line / 8].0[line % 8];
-        for value in &mut row[range.start..range.start + range.count] {
-            *value *= gain;
-        }
-    }
-}
-
-kernel! {
-    /// Filters a stretch in place: eight frames of eight lines are transposed, and each shelf is applied to all of them.
-    fn filter<L>(coefficients: &Coefficients, states: &mut States, range: Stretch, rows: &mut Rows) {
-        let mut done = 0;
-        while done < range.count {
-            let count = (range.count - done).min(8);
-            // The last tile of a chunk begins early enough to fit; frames before `skip` are not its own.
-            let at = (range.start + done).min(CHUNK - 8);
-            let skip = range.start + done - at;
-            let zero = L::splat(0.0);
-            let mut tile = [[zero; 8]; BUNDLES];
-            for bundle in 0..BUNDLES {
-                let mut lines = [zero; 8];
-                for lane in 0..8 {
-                    lines[lane] = L::load_at(&rows[8 * bundle + lane], at);
-                }
-                tile[bundle] = L::transpose(lines);
-                let gain = L::from_array(coefficients.gain[bundle]);
-                for frame in skip..skip + count {
-                    tile[bundle][frame] = tile[bundle][frame].mul(gain);
-                }
-            }
-            for (shelves, states) in coefficients.shelves.iter().zip(states.iter_mut()) {
-                let [a, b, c] = shelves;
-                let [state_a, state_b, state_c] = states;
-                let mut running_a = Running::<L>::of(state_a);
-                let mut running_b = Running::<L>::of(state_b);
-                let mut running_c = Running::<L>::of(state_c);
-                for frame in skip..skip + count {
-                    tile[0][frame] = running_a.step(a, tile[0][frame]);
-                    tile[1][frame] = running_b.step(b, tile[1][frame]);
-                    tile[2][frame] = running_c.step(c, tile[2][frame]);
-                }
-                *state_a = running_a.state();
-                *state_b = running_b.state();
-                *state_c = running_c.state();
-            }
-            for bundle in 0..BUNDLES {
-                let lines = L::transpose(tile[bundle]);
-                for lane in 0..8 {
-                    let row = &mut rows[8 * bundle + lane];
-                    if count == 8 {
-                        lines[lane].store_at(row, at);
-                    } else {
-                        let values = lines[lane].to_array();
-                        row[at + skip..at + skip + count]
-                            .copy_from_slice(&values.0[skip..skip + count]);
-                    }
-                }
-            }
-            done += count;
-        }
-    }
-}
-
-/// [`State`] in registers.
-#[derive(Clone, Copy)]
-struct Running<L> {
-    band: L,
-    low: L,
-}
-
-impl<L: Lanes> Running<L> {
-    #[inline(always)]
-    fn of(state: &State) -> Self {
-        Self {
-            band: L::from_array(state.band),
-            low: L::from_array(state.low),
-        }
-    }
-
-    #[inline(always)]
-    fn state(self) -> State {
-        State {
-            band: self.band.to_array(),
-            low: self.low.to_array(),
-        }
-    }
-
-    #[inline(always)]
-    fn step(&mut self, shelf: &Shelf, input: L) -> L {
-        let two = L::splat(2.0);
-        let integrator = L::from_array(shelf.integrator);
-        let driven = input.sub(self.low).mul_add(integrator, self.band);
-        let band = driven.mul(L::from_array(shelf.damping));
-        let low = band.mul_add(integrator, self.low);
-        self.band = band.mul_add(two, L::splat(0.0).sub(self.band));
-        self.low = low.mul_add(two, L::splat(0.0).sub(self.low));
-        let sum = band.mul_add(L::from_array(shelf.band), input);
-        low.mul_add(L::from_array(shelf.low), sum)
     }
 }
 

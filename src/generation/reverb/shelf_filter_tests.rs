@@ -1,6 +1,7 @@
 //! Levels of the filters and agreement of the instruction sets.
 
 use super::*;
+use crate::generation::CHUNK;
 use crate::generation::reverb::wave_shares::smoothed;
 
 const RATE_HZ: f64 = 44_100.0;
