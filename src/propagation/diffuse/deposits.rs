@@ -328,10 +328,8 @@ fn convolve<L: Lanes>(
     sum: &mut [BandArray; STEPS],
 ) {
     let whole = at.floor();
-    let (skipped, first) = match whole < 0.0 {
-        true => ((-whole) as usize, 0),
-        false => (0, whole as usize),
-    };
-    let sum = sum.get_mut(first..).unwrap_or_default();
-    add_delayed::<L>(response, skipped, energy, at - whole, sum);
+    // Beyond the steps of a response any number is as good: a byte, to which few instructions convert.
+    let (skipped, first) = (-whole as u8, whole as u8);
+    let sum = sum.get_mut(usize::from(first)..).unwrap_or_default();
+    add_delayed::<L>(response, skipped.into(), energy, at - whole, sum);
 }

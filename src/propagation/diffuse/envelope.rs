@@ -18,7 +18,7 @@ use crate::propagation::diffuse::fit_spans::{SPAN_ENDS, SPAN_OF_STEP, SPANS};
 use crate::propagation::diffuse::steady_tail::steady;
 use crate::propagation::late_group::{LATE_GROUPS, LateGroup};
 use crate::propagation::path::{LATE_SEGMENTS, LateEnergy};
-use crate::simd::{LaneSet, kernel};
+use crate::simd::{LaneSet, Lanes, kernel};
 
 /// Time steps of a response.
 pub(crate) const STEPS: usize = SPAN_ENDS[SPANS - 1];
@@ -36,6 +36,9 @@ const LATEST_S: f32 = 0.35;
 
 /// Mean free time in time steps of the scene's responses, roughly.
 pub(crate) const STEPS_PER_FREE_TIME: f32 = 1.6;
+
+// Time steps are converted from numbers with a fraction to bytes, which saturate beyond them.
+const _: () = assert!(STEPS < u8::MAX as usize);
 
 /// Least number of spans.
 const MIN_SPANS: usize = 6;
@@ -81,6 +84,8 @@ pub(crate) struct DecayColumns {
     spans: [[BandArray; SPANS]; COLUMNS],
     /// Starts of the fit, relative to those of the last group.
     starts: [BandArray; COLUMNS],
+    /// Whether the last segment has energy in any band.
+    has_last: bool,
 }
 
 impl Default for DecayColumns {
@@ -88,6 +93,7 @@ impl Default for DecayColumns {
         Self {
             spans: [[[0.0; BANDS]; SPANS]; COLUMNS],
             starts: [[1.0; BANDS]; COLUMNS],
+            has_last: false,
         }
     }
 }
@@ -130,6 +136,8 @@ impl DecayColumns {
                 before = after;
             }
         }
+        let last = columns.spans[LAST_SEGMENT].as_flattened();
+        columns.has_last = last.iter().any(|energy| *energy > 0.0);
         columns
     }
 }
@@ -165,17 +173,23 @@ impl ArrivalHistogram {
     #[inline(always)]
     fn step_of(&self, delay_s: f32) -> (usize, f32) {
         let at = ((delay_s - self.nearest_s) / self.step_s).clamp(0.0, STEPS as f32);
-        let whole = at as usize;
-        (whole, at - whole as f32)
+        // Few instructions convert to a small number, many to a large one.
+        let whole = at as u8;
+        (whole.into(), at - f32::from(whole))
     }
 
     /// Adds an arrival, divided between two time steps. Infinite ones are left out: a source at an infinite distance is silent.
     #[inline(always)]
     pub(crate) fn add(&mut self, delay_s: f32, energy: &BandArray) {
+        self.add_at(self.step_of(delay_s), energy);
+    }
+
+    /// Adds an arrival at a time step and a share of the one after it.
+    #[inline(always)]
+    fn add_at(&mut self, (whole, rest): (usize, f32), energy: &BandArray) {
         if !energy.iter().all(|e| e.is_finite()) {
             return;
         }
-        let (whole, rest) = self.step_of(delay_s);
         for (step, share) in [(whole, 1.0 - rest), (whole + 1, rest)] {
             if let Some(sum) = self.energy.get_mut(step) {
                 for b in 0..BANDS {
@@ -188,8 +202,8 @@ impl ArrivalHistogram {
     /// Adds an arrival of a relative variance.
     #[inline(always)]
     pub(crate) fn add_of_few(&mut self, delay_s: f32, energy: &BandArray, variance: f32) {
-        self.add(delay_s, energy);
         let (whole, rest) = self.step_of(delay_s);
+        self.add_at((whole, rest), energy);
         for (step, share) in [(whole, 1.0 - rest), (whole + 1, rest)] {
             // The sum is a continuous function of the delay.
             if let Some(span) = SPAN_OF_STEP.get(step) {
@@ -268,7 +282,7 @@ impl GroupShares {
     /// The shares at a time step after the straight line's arrival.
     #[inline(always)]
     pub(crate) fn at(&self, step: f32) -> &[BandArray; LATE_GROUPS] {
-        let step = (step.max(0.0) as usize).min(STEPS - 1);
+        let step = usize::from(step as u8).min(STEPS - 1);
         &self.0[usize::from(SPAN_OF_STEP[step])]
     }
 }
@@ -329,52 +343,16 @@ kernel! {
                 weights[span][b] = loudest[b] / (highest[b] * steps + FIT_RANGE * loudest[b]);
             }
         }
-        let mut products = [[[0.0f32; BANDS]; COLUMNS]; COLUMNS];
-        let mut targets = [[0.0f32; BANDS]; COLUMNS];
-        for p in 0..COLUMNS {
-            for (span, sum) in energy.iter().enumerate() {
-                for b in 0..BANDS {
-                    let weighted = columns[p][span][b] * weights[span][b];
-                    targets[p][b] += weighted * (sum[b] / loudest[b]) * weights[span][b];
-                }
-            }
-            for q in 0..=p {
-                let mut sum = [0.0f32; BANDS];
-                for span in 0..energy.len() {
-                    for b in 0..BANDS {
-                        sum[b] += columns[p][span][b] * weights[span][b] * columns[q][span][b] * weights[span][b];
-                    }
-                }
-                products[p][q] = sum;
-                products[q][p] = sum;
-            }
-        }
-        for p in 0..COLUMNS {
-            let start = &decays.starts[p];
+        let mut shares = [[0.0; BANDS]; SPANS];
+        for (share, sum) in shares.iter_mut().zip(energy) {
             for b in 0..BANDS {
-                let mut sum = f32::MIN_POSITIVE;
-                for q in 0..COLUMNS {
-                    sum += products[p][q][b];
-                }
-                fitted[p][b] = start[b] * targets[p][b] / sum;
+                share[b] = sum[b] / loudest[b];
             }
         }
-        for _ in 0..ROUNDS {
-            let mut before = [L::splat(0.0); COLUMNS];
-            for q in 0..COLUMNS {
-                before[q] = L::load(&fitted[q]);
-            }
-            for p in 0..COLUMNS {
-                let mut sum = L::splat(f32::MIN_POSITIVE);
-                for q in 0..COLUMNS {
-                    sum = sum.add(L::load(&products[p][q]).mul(before[q]));
-                }
-                let mut model = [0.0; BANDS];
-                sum.store(&mut model);
-                for b in 0..BANDS {
-                    fitted[p][b] *= targets[p][b] / model[b];
-                }
-            }
+        let weighted = (&weights[..energy.len()], &shares[..energy.len()]);
+        match decays.has_last {
+            true => multiply::<L, COLUMNS>(weighted, decays, fitted),
+            false => multiply::<L, { COLUMNS - 1 }>(weighted, decays, fitted),
         }
         let (mut model, mut total) = ([0.0f32; BANDS], [0.0f32; BANDS]);
         for (span, energy) in energy.iter().enumerate() {
@@ -391,6 +369,80 @@ kernel! {
                 column[b] *= scale;
             }
         }
+    }
+}
+
+/// Number `index` of the columns that are fitted: all, or all but the last segment's. Without energy it would have none of the
+/// arrivals, and its products are zeros.
+#[inline(always)]
+fn column_of<const COUNT: usize>(index: usize) -> usize {
+    match COUNT < COLUMNS && index >= LAST_SEGMENT {
+        true => index + 1,
+        false => index,
+    }
+}
+
+/// The rounds of the fit of `COUNT` columns, for spans of given weights and shares of the loudest one.
+#[inline(always)]
+fn multiply<L: Lanes, const COUNT: usize>(
+    (weights, shares): (&[BandArray], &[BandArray]),
+    decays: &DecayColumns,
+    result: &mut [BandArray; COLUMNS],
+) {
+    let columns = &decays.spans;
+    let mut products = [[[0.0f32; BANDS]; COUNT]; COUNT];
+    let mut targets = [[0.0f32; BANDS]; COUNT];
+    for p in 0..COUNT {
+        let column = &columns[column_of::<COUNT>(p)];
+        let mut weighted = [[0.0f32; BANDS]; SPANS];
+        for (span, (weight, share)) in weights.iter().zip(shares).enumerate() {
+            for b in 0..BANDS {
+                weighted[span][b] = column[span][b] * weight[b];
+                targets[p][b] += weighted[span][b] * share[b] * weight[b];
+            }
+        }
+        for q in 0..=p {
+            let column = &columns[column_of::<COUNT>(q)];
+            let mut sum = [0.0f32; BANDS];
+            for (span, weight) in weights.iter().enumerate() {
+                for b in 0..BANDS {
+                    sum[b] += weighted[span][b] * column[span][b] * weight[b];
+                }
+            }
+            products[p][q] = sum;
+            products[q][p] = sum;
+        }
+    }
+    let mut fitted = [[0.0f32; BANDS]; COUNT];
+    for p in 0..COUNT {
+        let start = &decays.starts[column_of::<COUNT>(p)];
+        for b in 0..BANDS {
+            let mut sum = f32::MIN_POSITIVE;
+            for q in 0..COUNT {
+                sum += products[p][q][b];
+            }
+            fitted[p][b] = start[b] * targets[p][b] / sum;
+        }
+    }
+    for _ in 0..ROUNDS {
+        let mut before = [L::splat(0.0); COUNT];
+        for q in 0..COUNT {
+            before[q] = L::load(&fitted[q]);
+        }
+        for p in 0..COUNT {
+            let mut sum = L::splat(f32::MIN_POSITIVE);
+            for q in 0..COUNT {
+                sum = sum.add(L::load(&products[p][q]).mul(before[q]));
+            }
+            let mut model = [0.0; BANDS];
+            sum.store(&mut model);
+            for b in 0..BANDS {
+                fitted[p][b] *= targets[p][b] / model[b];
+            }
+        }
+    }
+    for (p, fitted) in fitted.iter().enumerate() {
+        result[column_of::<COUNT>(p)] = *fitted;
     }
 }
 

@@ -5,12 +5,17 @@
 
 use crate::propagation::diffuse::by_rotation::ByRotation;
 use crate::propagation::image_source::sequence::Sequence;
+use crate::propagation::path::MAX_ORDER;
 
 /// Bit of a word with a sequence's last surface.
 const LAST: u16 = 1 << 15;
 
 /// Bits of a surface's index in one word; with all of them set the index is in the next two words, the lower half first.
 const INDEX: u16 = LAST - 1;
+
+/// Of four words in one number: the bits [`LAST`], and the number that carries an index of all bits into it.
+const LASTS: u64 = 0x8000_8000_8000_8000;
+const ONES: u64 = 0x0001_0001_0001_0001;
 
 /// The sequences of each rotation, in their order.
 #[derive(Debug, Clone, Default)]
@@ -40,36 +45,88 @@ impl PackedSequences {
     }
 
     /// The sequences of a rotation with up to `most` surfaces.
-    pub(crate) fn of(&self, rotation: usize, most: usize) -> impl Iterator<Item = Sequence> {
-        let mut words = self.words.of(rotation).iter().copied();
-        std::iter::from_fn(move || {
-            let (mut sequence, mut is_short) = (Sequence::EMPTY, true);
-            loop {
-                let word = words.next()?;
-                let surface = match word & INDEX {
-                    INDEX => u32::from(words.next()?) | u32::from(words.next()?) << 16,
-                    index => index.into(),
-                };
-                if sequence.len() < most {
-                    sequence.push(surface);
-                } else {
-                    is_short = false;
-                }
-                if word & LAST != 0 {
-                    if is_short {
-                        return Some(sequence);
-                    }
-                    (sequence, is_short) = (Sequence::EMPTY, true);
-                }
+    #[inline(always)]
+    pub(crate) fn of(&self, rotation: usize, most: usize) -> Unpacked<'_> {
+        Unpacked {
+            words: self.words.of(rotation),
+            most,
+        }
+    }
+}
+
+/// The sequences in words, in their order, with up to `most` surfaces.
+#[derive(Debug, Clone)]
+pub(crate) struct Unpacked<'a> {
+    words: &'a [u16],
+    most: usize,
+}
+
+impl Unpacked<'_> {
+    /// The next sequence, where the next four words have all of it, a word for each surface. Nearly all sequences are so.
+    #[inline(always)]
+    fn next_of_four(&mut self) -> Option<Sequence> {
+        let [a, b, c, d] = *self.words.first_chunk::<MAX_ORDER>()?;
+        let words = [u64::from(a), u64::from(b), u64::from(c), u64::from(d)];
+        let words = words[0] | words[1] << 16 | words[2] << 32 | words[3] << 48;
+        let (ends, indices) = (words & LASTS, words & !LASTS);
+        let is_wide = (indices + ONES) & LASTS != 0;
+        if is_wide || ends == 0 {
+            return None;
+        }
+        let end = ends.trailing_zeros() as usize + 1;
+        let indices = indices & (u64::MAX >> (u64::BITS as usize - end));
+        let count = end / 16;
+        self.words = self.words.get(count..).unwrap_or_default();
+        let index = |at: usize| (indices >> (16 * at)) as u16;
+        let [a, b, c, d] = [index(0), index(1), index(2), index(3)];
+        let surfaces = [a.into(), b.into(), c.into(), d.into()];
+        Some(Sequence::of_first(surfaces, count))
+    }
+
+    /// The next sequence of any words, cut off after `most` surfaces.
+    #[cold]
+    fn next_of_any(&mut self) -> Option<(Sequence, bool)> {
+        let (mut sequence, mut is_short) = (Sequence::EMPTY, true);
+        let mut words = self.words.iter();
+        loop {
+            let word = *words.next()?;
+            let surface = match word & INDEX {
+                INDEX => u32::from(*words.next()?) | u32::from(*words.next()?) << 16,
+                index => index.into(),
+            };
+            if sequence.len() < self.most {
+                sequence.push(surface);
+            } else {
+                is_short = false;
             }
-        })
+            if word & LAST != 0 {
+                self.words = words.as_slice();
+                return Some((sequence, is_short));
+            }
+        }
+    }
+}
+
+impl Iterator for Unpacked<'_> {
+    type Item = Sequence;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Sequence> {
+        loop {
+            let (sequence, is_short) = match self.next_of_four() {
+                Some(sequence) => (sequence, sequence.len() <= self.most),
+                None => self.next_of_any()?,
+            };
+            if is_short {
+                return Some(sequence);
+            }
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::propagation::path::MAX_ORDER;
     use crate::propagation::rays::directions::mix;
 
     #[test]

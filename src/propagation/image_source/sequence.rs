@@ -79,6 +79,15 @@ impl Sequence {
         self.order += 1;
     }
 
+    /// The first `count` of these surfaces, without canonical ordering; the others are 0.
+    #[inline(always)]
+    pub(crate) fn of_first(surfaces: [u32; MAX_ORDER], count: usize) -> Self {
+        Self {
+            surfaces,
+            order: count as u8,
+        }
+    }
+
     /// Appends a surface without canonical ordering. The sequence must have room for it.
     #[inline]
     pub(crate) fn push(&mut self, surface: u32) {

@@ -60,6 +60,9 @@ impl Propagator {
     }
 }
 
+/// Parts of the identities, a power of two.
+const BUCKETS: usize = 256;
+
 /// Merges one list of all tasks, sorted by identity. `order` is scratch memory: identity, task and index of each path as one number,
 /// which is compared faster than three.
 fn collect_sorted(
@@ -68,12 +71,30 @@ fn collect_sorted(
     order: &mut Vec<u128>,
     result: &mut Vec<Path>,
 ) {
-    order.clear();
-    for (number, task) in (0u128..).zip(tasks) {
-        let keys = (0u128..).zip(list(task));
-        order.extend(keys.map(|(index, path)| u128::from(path.id.0) << 64 | number << 32 | index));
+    // Identities are hashes, so parts of a few paths have the same first bits, and sorting those takes a third of sorting all.
+    let bucket = |path: &Path| (path.id.0 >> (u64::BITS - BUCKETS.ilog2())) as usize % BUCKETS;
+    let mut ends = [0; BUCKETS];
+    for path in tasks.iter().flat_map(&list) {
+        ends[bucket(path)] += 1;
     }
-    order.sort_unstable();
+    let mut count = 0;
+    for end in &mut ends {
+        count += std::mem::replace(end, count);
+    }
+    order.clear();
+    order.resize(count, 0);
+    for (number, task) in (0u128..).zip(tasks) {
+        for (index, path) in (0u128..).zip(list(task)) {
+            let end = &mut ends[bucket(path)];
+            order[*end] = u128::from(path.id.0) << 64 | number << 32 | index;
+            *end += 1;
+        }
+    }
+    let mut start = 0;
+    for end in ends {
+        order[start..end].sort_unstable();
+        start = end;
+    }
     result.clear();
     // Engines have half a dozen sets. A quarter more: a walking listener seldom causes an allocation.
     if result.capacity() < order.len() {

@@ -58,8 +58,17 @@ fn live_mb() -> f64 {
 
 /// Memory in use in MB; 0 where the system does not report it.
 pub(crate) fn resident_mb() -> f64 {
+    status_mb("VmRSS:")
+}
+
+/// The part of it that is pages of files: of the program itself, which the system drops when memory is short.
+pub(crate) fn resident_files_mb() -> f64 {
+    status_mb("RssFile:")
+}
+
+fn status_mb(name: &str) -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let line = status.lines().find_map(|line| line.strip_prefix(name));
     let kilobytes = line.and_then(|rest| rest.split_whitespace().next()?.parse::<f64>().ok());
     kilobytes.unwrap_or(0.0) / 1024.0
 }

@@ -11,7 +11,7 @@ use serde_json::json;
 
 use super::sources::sources;
 use crate::inputs::{SceneArguments, load_scene};
-use crate::memory_use::resident_mb;
+use crate::memory_use::{resident_files_mb, resident_mb};
 use crate::printed;
 
 /// Graphics frames after which all buffers have been used.
@@ -35,7 +35,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let scene = Arc::clone(&loaded.scene);
     let poses = sources(&scene, &loaded.sources(), arguments.sources);
     let standing = loaded.walk().map(|walk| walk.standing);
-    let before_mb = resident_mb();
+    let (before_mb, files_before_mb) = (resident_mb(), resident_files_mb());
     let mut settings = EngineSettings::default();
     settings.generation.max_sources = arguments.sources;
     settings.schedule = EngineSchedule::Synchronous;
@@ -55,7 +55,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         controller.tick(listener, &[])?;
         renderer.render(&mut block);
     }
-    let after_mb = resident_mb();
+    let (after_mb, files_after_mb) = (resident_mb(), resident_files_mb());
     let row = json!({
         "scene": arguments.scene,
         "sources": poses.len(),
@@ -63,6 +63,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         "program_and_scene_mb": before_mb,
         "engine_made_mb": made_mb - before_mb,
         "engine_mb": after_mb - before_mb,
+        "of_which_program_mb": files_after_mb - files_before_mb,
     });
     printed::rows(&[row], arguments.json);
     Ok(())
