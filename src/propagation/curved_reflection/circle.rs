@@ -14,9 +14,9 @@ use crate::simd::{LaneSet, kernel};
 /// next to a caustic, where they are about to vanish.
 const SAMPLES: usize = 64;
 
-/// Positions that are computed at once, and room for all of them.
+/// Positions that are computed at once, and their number twice around the circle: an arc may begin anywhere.
 const LANES: usize = 4;
-const SAMPLED: usize = SAMPLES + 1;
+const BATCHES: usize = 2 * SAMPLES / LANES + 1;
 
 /// One vector per lane.
 type Vectors<const N: usize> = [[f64; N]; 2];
@@ -51,10 +51,34 @@ pub(super) struct Circle {
     pub(super) is_twice: bool,
 }
 
+/// Unit vectors to the positions around every circle, the same for all searches.
+#[derive(Debug)]
+pub(super) struct Directions([Vectors<LANES>; BATCHES]);
+
+impl Directions {
+    pub(super) fn new() -> Self {
+        // Each position is the one before, turned by a step.
+        let mut outward = DVec2::from_angle(STEP * FIRST);
+        let turn = DVec2::from_angle(STEP);
+        let mut batches = [[[0.0; LANES]; 2]; BATCHES];
+        for [x, y] in &mut batches {
+            for l in 0..LANES {
+                (x[l], y[l]) = (outward.x, outward.y);
+                outward = turn.rotate(outward);
+            }
+        }
+        Self(batches)
+    }
+}
+
 impl Circle {
     /// Whether the slope may vanish on an arc of half a width around its middle, in radians: between the positions around the
     /// circle that it lies among, the slope's sign changes.
-    pub(super) fn may_be_stationary_on(&self, [middle, half]: [f64; 2]) -> bool {
+    pub(super) fn may_be_stationary_on(
+        &self,
+        directions: &Directions,
+        [middle, half]: [f64; 2],
+    ) -> bool {
         // A position more to each side, for rounding.
         let first = ((middle - half) / STEP - FIRST).floor() - 1.0;
         let last = ((middle + half) / STEP - FIRST).ceil() + 1.0;
@@ -62,16 +86,17 @@ impl Circle {
         if count >= SAMPLES {
             return true;
         }
-        let mut slopes = [0.0; SAMPLED];
-        let slopes = self.sample(first, count, &mut slopes);
+        let first = (first as i64).rem_euclid(SAMPLES as i64) as usize;
+        let mut slopes = [[0.0; LANES]; BATCHES];
+        let slopes = self.sample(directions, first, count, &mut slopes);
         slopes.windows(2).any(|pair| changes_sign(pair[0], pair[1]))
     }
 
     /// Calls `found` with the angles of all stationary paths' first reflections.
-    pub(super) fn stationary(&self, mut found: impl FnMut(f64)) {
+    pub(super) fn stationary(&self, directions: &Directions, mut found: impl FnMut(f64)) {
         let angle = |index: usize| STEP * (index as f64 + FIRST);
-        let mut slopes = [0.0; SAMPLED];
-        let slopes = self.sample(0.0, SAMPLES, &mut slopes);
+        let mut slopes = [[0.0; LANES]; BATCHES];
+        let slopes = self.sample(directions, 0, SAMPLES, &mut slopes);
         for (index, pair) in slopes.windows(2).enumerate() {
             if changes_sign(pair[0], pair[1]) {
                 let ends = [(angle(index), pair[0]), (angle(index + 1), pair[1])];
@@ -83,23 +108,18 @@ impl Circle {
         }
     }
 
-    /// Slopes at a position, `first` steps from the first one, and at `count` positions after it.
-    fn sample<'a>(&self, first: f64, count: usize, slopes: &'a mut [f64; SAMPLED]) -> &'a [f64] {
-        let slopes = &mut slopes[..=count.min(SAMPLES)];
-        // Each position is the one before, turned by a step.
-        let mut outward = DVec2::from_angle(STEP * (first + FIRST));
-        let turn = DVec2::from_angle(STEP);
-        for slopes in slopes.chunks_mut(LANES) {
-            let mut positions = [[0.0; LANES]; 2];
-            for l in 0..LANES {
-                (positions[0][l], positions[1][l]) = (outward.x, outward.y);
-                outward = turn.rotate(outward);
-            }
-            let mut here = [0.0; LANES];
-            slopes_at(LaneSet::best(), self, &positions, &mut here);
-            slopes.copy_from_slice(&here[..slopes.len()]);
-        }
-        slopes
+    /// Slopes at a position, by its index below [`SAMPLES`], and at up to [`SAMPLES`] positions after it.
+    fn sample<'a>(
+        &self,
+        directions: &Directions,
+        first: usize,
+        count: usize,
+        slopes: &'a mut [[f64; LANES]; BATCHES],
+    ) -> &'a [f64] {
+        let batches = first / LANES..(first + count) / LANES + 1;
+        let directions = &directions.0[batches.clone()];
+        slopes_at(LaneSet::best(), self, directions, &mut slopes[batches]);
+        &slopes.as_flattened()[first..=first + count]
     }
 
     /// The stationary path near an angle, by Newton's method; none where it does not converge, such as where the direction to
@@ -213,8 +233,10 @@ fn normalize<const N: usize>(vectors: &mut Vectors<N>) {
 kernel! {
     /// The slopes in these directions. Every product is rounded, so all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
-    fn slopes_at<L>(circle: &Circle, outward: &Vectors<LANES>, slopes: &mut [f64; LANES]) {
-        *slopes = circle.slopes(outward);
+    fn slopes_at<L>(circle: &Circle, directions: &[Vectors<LANES>], slopes: &mut [[f64; LANES]]) {
+        for (slopes, outward) in slopes.iter_mut().zip(directions) {
+            *slopes = circle.slopes(outward);
+        }
     }
 }
 
@@ -258,6 +280,7 @@ mod tests {
 
     #[test]
     fn angles_of_incidence_and_reflection_are_equal() {
+        let directions = Directions::new();
         let mut most = 0;
         for number in 0..200u32 {
             let unit = |k: u32| {
@@ -272,9 +295,12 @@ mod tests {
                 to,
                 is_twice: false,
             };
-            circle.stationary(|angle| {
+            circle.stationary(&directions, |angle| {
                 count += 1;
-                assert!(circle.may_be_stationary_on([angle, 1e-3]), "{number}");
+                assert!(
+                    circle.may_be_stationary_on(&directions, [angle, 1e-3]),
+                    "{number}"
+                );
                 let point = 2.0 * DVec2::from_angle(angle);
                 let along = DVec2::from_angle(angle).perp();
                 let [a, b] = [from, to].map(|end| (end - point).normalize().dot(along));
@@ -288,6 +314,7 @@ mod tests {
 
     #[test]
     fn most_short_arcs_have_no_stationary_path() {
+        let directions = Directions::new();
         let circle = Circle {
             radius_m: 2.0,
             from: DVec2::new(0.7, 0.4),
@@ -295,12 +322,15 @@ mod tests {
             is_twice: false,
         };
         let arcs = (0..36).map(|n| [TAU * f64::from(n) / 36.0, 0.1]);
-        let some = arcs.filter(|arc| circle.may_be_stationary_on(*arc)).count();
+        let some = arcs
+            .filter(|arc| circle.may_be_stationary_on(&directions, *arc))
+            .count();
         assert!((2..18).contains(&some), "{some} of 36 arcs");
     }
 
     #[test]
     fn paths_with_two_reflections_obey_the_law_at_both() {
+        let directions = Directions::new();
         let mut all = 0;
         for number in 0..200u32 {
             let unit = |k: u32| {
@@ -314,9 +344,12 @@ mod tests {
                 to,
                 is_twice: true,
             };
-            circle.stationary(|angle| {
+            circle.stationary(&directions, |angle| {
                 all += 1;
-                assert!(circle.may_be_stationary_on([angle + 0.4, 0.41]), "{number}");
+                assert!(
+                    circle.may_be_stationary_on(&directions, [angle + 0.4, 0.41]),
+                    "{number}"
+                );
                 let first = 2.0 * DVec2::from_angle(angle);
                 let last = circle.second(first / 2.0);
                 assert!((last.length() - 2.0).abs() < 1e-9, "{number}: {last}");

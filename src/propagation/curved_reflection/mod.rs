@@ -29,7 +29,7 @@ use crate::propagation::image_source::sequence::interaction_path_id;
 use crate::propagation::path::{MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathId};
 use crate::scene::Scene;
 use crate::scene::surface::curved::CurvedSurface;
-use circle::Circle;
+use circle::{Circle, Directions};
 use sequence::interactions;
 use spreading::CurvedPoint;
 
@@ -63,6 +63,10 @@ pub fn find(
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
 ) {
+    if scene.curved_surfaces().is_empty() {
+        return;
+    }
+    let directions = &Directions::new();
     let planes = scene.edges().large_surfaces();
     let planes = &planes[..planes.len().min(MAX_PLANES)];
     let ends = [endpoints.from, endpoints.to].map(|end| scene.to_local(end));
@@ -88,7 +92,7 @@ pub fn find(
                         planes: [before, after],
                         bounces,
                     };
-                    query.find(rays, emit);
+                    query.find(directions, rays, emit);
                 }
             };
         for before in choices() {
@@ -143,6 +147,15 @@ struct CurvedPath {
     between: Option<(u32, DVec3)>,
 }
 
+/// Which stationary paths are searched for.
+#[derive(Clone, Copy)]
+enum Search<'a> {
+    /// All.
+    Around(&'a Directions),
+    /// The one whose first reflection is near a point.
+    Near(DVec3),
+}
+
 /// The search for paths over one curved surface and given planes.
 struct Query<'a> {
     scene: &'a Scene,
@@ -173,13 +186,13 @@ impl Query<'_> {
         }
     }
 
-    fn find(&self, rays: &mut u64, emit: &mut impl FnMut(Path)) {
+    fn find(&self, directions: &Directions, rays: &mut u64, emit: &mut impl FnMut(Path)) {
         let images = self.images();
         let unfolded = [images[0], self.unfolded(images[1])];
         // Valid paths, shortest first, so that numbers do not depend on where the circle begins.
         let mut found = [(f64::INFINITY, [DVec3::ZERO; 2]); MAX_STATIONARY];
         let mut count = 0;
-        self.stationary_points(unfolded, None, |points| {
+        self.stationary_points(unfolded, Search::Around(directions), |points| {
             if count < found.len() {
                 found[count] = (length_m(unfolded, points), points);
                 count += 1;
@@ -197,11 +210,11 @@ impl Query<'_> {
     }
 
     /// Calls `found` with the first and the last reflection of the stationary paths between two positions, unfolded at the
-    /// plane between them: of all paths, or of the one whose first reflection is near a point.
+    /// plane between them.
     fn stationary_points(
         &self,
         [from, to]: [DVec3; 2],
-        near: Option<DVec3>,
+        search: Search<'_>,
         mut found: impl FnMut([DVec3; 2]),
     ) {
         let shape = &self.surface.shape;
@@ -253,18 +266,18 @@ impl Query<'_> {
         let is_outside = |end: DVec2| end.length() > shape.radius_m;
         // Around a whole column only the path on the near side is in the air.
         let is_column = self.surface.half_m[0] > CLOSED * PI * shape.radius_m;
-        let guess = match near {
-            Some(near) => flat(shape.radial(near)),
-            None if is_column && is_outside(p) && is_outside(q) => {
+        let guess = match search {
+            Search::Near(point) => flat(shape.radial(point)),
+            Search::Around(_) if is_column && is_outside(p) && is_outside(q) => {
                 if circle.is_twice {
                     return;
                 }
                 p.normalize_or_zero() + q.normalize_or_zero()
             }
-            None => {
+            Search::Around(directions) => {
                 let arc = self.arc([x, y]);
-                if arc.is_some_and(|arc| circle.may_be_stationary_on(arc)) {
-                    circle.stationary(at_angle);
+                if arc.is_some_and(|arc| circle.may_be_stationary_on(directions, arc)) {
+                    circle.stationary(directions, at_angle);
                 }
                 return;
             }

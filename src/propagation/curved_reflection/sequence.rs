@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 
-use super::{Bounces, Query};
+use super::{Bounces, Query, Search};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::{Interaction, interaction_path_id};
 use crate::propagation::path::{Path, PathId};
@@ -84,7 +84,7 @@ impl CurvedSequence {
         let unfolded = [images[0], query.unfolded(images[1])];
         let mut points: Option<[DVec3; 2]> = None;
         let near = scene.to_local(last.points[self.step]);
-        query.stationary_points(unfolded, Some(near), |found| points = Some(found));
+        query.stationary_points(unfolded, Search::Near(near), |found| points = Some(found));
         let reflections = query.reflections(points?, images, &mut 0)?;
         let path = query.path(&reflections, self.number)?;
         Some(Path {
