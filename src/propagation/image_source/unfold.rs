@@ -22,6 +22,16 @@ const FIRST_BITS: u64 = 0x0101_0101;
 /// Of every reflection's mask the bit of the reflection itself.
 const OWN_BITS: u64 = 0x0804_0201;
 
+/// Of each reflection its mask among all, its bit there, and its bit in every mask. Tables: a shift by an index is four instructions.
+const MASKS: [u64; MAX_ORDER] = [0xff, 0xff << 8, 0xff << 16, 0xff << 24];
+const OWN: [u64; MAX_ORDER] = [1, 1 << 9, 1 << 18, 1 << 27];
+const BITS: [u64; MAX_ORDER] = [
+    FIRST_BITS,
+    FIRST_BITS << 1,
+    FIRST_BITS << 2,
+    FIRST_BITS << 3,
+];
+
 /// One vector per lane.
 pub(crate) type Vectors<const N: usize> = [[f64; N]; 3];
 
@@ -140,8 +150,7 @@ impl<const N: usize> Lines<N> {
         let (mut normal, mut taken) = ([[0.0; N]; 3], [0u64; N]);
         for index in 0..count {
             // Only its own bit is left of its mask: it remains, and all that precede it are taken.
-            let mask = 0xff << (index * MASK_BITS);
-            let own = 1 << (index * MASK_BITS + index);
+            let (mask, own) = (MASKS[index], OWN[index]);
             let mut is_open = [0u64; N];
             for l in 0..N {
                 is_open[l] = all_if(self.before[l] & self.remaining[l] & mask == own);
@@ -149,7 +158,7 @@ impl<const N: usize> Lines<N> {
             if is_open == [0; N] {
                 continue;
             }
-            let (n, bit) = (&planes.normal[index], FIRST_BITS << index);
+            let (n, bit) = (&planes.normal[index], BITS[index]);
             for l in 0..N {
                 let here_m = planes.distance_m(index, &self.from, l);
                 let there_m = planes.distance_m(index, &self.image, l);
