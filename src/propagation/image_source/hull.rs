@@ -33,8 +33,10 @@ impl<'a> Mirror<'a> {
 pub(crate) struct Hull {
     pub(crate) low: [f64; 3],
     pub(crate) high: [f64; 3],
-    /// Coordinates of mirrors across the axes, behind which the image of these bounds is. The bounds are above them.
-    pub(crate) mirror: [Option<f64>; 3],
+    /// Coordinates of mirrors across the axes, behind which the image of these bounds is. The bounds are above them. 0 without one.
+    pub(crate) mirror: [f64; 3],
+    /// 1 where there is a mirror, 0 otherwise.
+    pub(crate) is_mirrored: [f64; 3],
 }
 
 impl Hull {
@@ -43,7 +45,8 @@ impl Hull {
         Self {
             low: surface.bounds_min.as_dvec3().to_array(),
             high: surface.bounds_max.as_dvec3().to_array(),
-            mirror: [None; 3],
+            mirror: [0.0; 3],
+            is_mirrored: [0.0; 3],
         }
     }
 
@@ -97,10 +100,10 @@ impl Hull {
         let (low, high) = (self.low[axis], self.high[axis]);
         let (image_low, image_high) = (2.0 * plane - high, 2.0 * plane - low);
         if low >= plane {
-            self.mirror[axis] = Some(plane);
+            (self.mirror[axis], self.is_mirrored[axis]) = (plane, 1.0);
         } else if high <= plane {
             (self.low[axis], self.high[axis]) = (image_low, image_high);
-            self.mirror[axis] = Some(plane);
+            (self.mirror[axis], self.is_mirrored[axis]) = (plane, 1.0);
         } else {
             (self.low[axis], self.high[axis]) = (low.min(image_low), high.max(image_high));
         }
@@ -109,8 +112,9 @@ impl Hull {
     /// Fills the gap between the bounds and their image across an axis.
     #[inline(always)]
     fn fill(&mut self, axis: usize) {
-        if let Some(plane) = self.mirror[axis].take() {
-            self.low[axis] = 2.0 * plane - self.high[axis];
+        if self.is_mirrored[axis] > 0.0 {
+            self.low[axis] = 2.0 * self.mirror[axis] - self.high[axis];
+            (self.mirror[axis], self.is_mirrored[axis]) = (0.0, 0.0);
         }
     }
 }

@@ -193,8 +193,8 @@ impl Bounds {
         for axis in 0..3 {
             self.low[axis][lane] = hull.low[axis];
             self.high[axis][lane] = hull.high[axis];
-            self.mirror[axis][lane] = hull.mirror[axis].unwrap_or(0.0);
-            self.is_mirrored[axis][lane] = f64::from(u8::from(hull.mirror[axis].is_some()));
+            self.mirror[axis][lane] = hull.mirror[axis];
+            self.is_mirrored[axis][lane] = hull.is_mirrored[axis];
             self.is_bounded[axis][lane] = 1.0;
         }
         let main = main_axis(surface.normal);
@@ -277,13 +277,17 @@ impl CullBatch8 {
             let sequence = &sequences[index as usize];
             let surfaces = sequence.surfaces();
             let mut mirrors = [Mirror::Across(0, 0.0); MAX_ORDER];
-            for (mirror, &surface) in mirrors.iter_mut().zip(surfaces) {
-                *mirror = Mirror::of(scene.surface(surface));
+            if unordered != [0; MAX_ORDER] {
+                for (mirror, &surface) in mirrors.iter_mut().zip(surfaces) {
+                    *mirror = Mirror::of(scene.surface(surface));
+                }
             }
             for (step, &surface) in surfaces.iter().enumerate().take(MAX_ORDER) {
                 let surface = scene.surface(surface);
                 let mut hull = Hull::of(surface);
-                hull.add_images(&mirrors, step, unordered[step]);
+                if unordered[step] != 0 {
+                    hull.add_images(&mirrors, step, unordered[step]);
+                }
                 self.bounds[step][half].put(lane, surface, &hull);
             }
             if self.nearby_m > 0.0 {
