@@ -121,6 +121,30 @@ fn one_decay_is_not_lengthened_by_a_slower_group() {
     assert!(off_db.abs() < 0.5, "{off_db} dB");
 }
 
+/// Where the second group is the slower one, the last segment has no energy: leaving it out changes no bit.
+#[test]
+fn a_segment_without_energy_is_left_out() {
+    let step_s = 0.006f32;
+    let times = [1.0f32, 1.2, 0.4];
+    let rates = times.map(|time_s| [(NEPERS_OF_60_DB / f64::from(time_s)) as f32; BANDS]);
+    let mut columns = DecayColumns::new(&rates, step_s);
+    assert!(!columns.has_last);
+    let mut histogram = ArrivalHistogram::new(step_s, 0.02);
+    for (step, energy) in histogram.energy.iter_mut().enumerate() {
+        let noise = 0.5 + (mix(step as u64) >> 40) as f32 / (1 << 24) as f32;
+        *energy = rates[0].map(|rate| noise * (-rate * step as f32 * step_s).exp());
+    }
+    let mut fits = [LateEnergy::silent(SourceId::default()); 2];
+    for (has_last, late) in [false, true].into_iter().zip(&mut fits) {
+        columns.has_last = has_last;
+        histogram.fit(&columns, &[], 1.0, late);
+    }
+    assert!(fits[0].energy[0][0][3] > 0.0);
+    assert_eq!(fits[0], fits[1]);
+    let other_way = DecayColumns::new(&[rates[1], rates[0], rates[2]], step_s);
+    assert!(other_way.has_last);
+}
+
 #[test]
 fn noise_does_not_move_energy_between_similar_decays() {
     let (step_s, nearest_s) = (0.006f32, 0.02f32);
