@@ -61,7 +61,7 @@ impl Shelf {
         let before = self.damping;
         self.damping = one / (one + g * (sqrt_2 + g));
         // Exactly one without a change: it does not matter how often they are set.
-        state.band = state.band * (self.damping / before);
+        state.band *= self.damping / before;
         self.driven = self.damping * g;
         self.returned = self.damping + self.damping;
         self.integrated = g + g;
