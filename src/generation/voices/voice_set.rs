@@ -27,8 +27,9 @@ use crate::generation::voices::frame_plan::FramePlan;
 use crate::generation::voices::pending_voices::{CONTINUES, PendingVoice, PendingVoices};
 use crate::generation::voices::voice::{INDEX_BITS, MAX_FRESH, Voice, VoiceScratch};
 
-/// Kinds of voices that share batches: with eight or all components, times constant or slow weights or faster ones.
-const KINDS: usize = 4;
+/// Kinds of voices that share batches: with eight or all components, times the frames for which weights are held. So what a voice adds
+/// does not depend on the others.
+const KINDS: usize = 6;
 
 /// Voices that may start while others fade, besides a quarter of the active ones.
 const MIN_STARTS: usize = 64;
@@ -469,8 +470,12 @@ impl VoiceSet {
                 continue;
             };
             let is_fine = voice.groups[resting] == self.groups;
-            let is_fast = voice.rate > RampRate::Slow && chunk.left > 0;
-            let kind = usize::from(is_fine) + 2 * usize::from(is_fast);
+            let rate = match voice.rate {
+                RampRate::Moderate if chunk.left > 0 => 1,
+                RampRate::Fast if chunk.left > 0 => 2,
+                _ => 0,
+            };
+            let kind = usize::from(is_fine) + 2 * rate;
             let count = &mut counts[kind];
             let scratch = VoiceScratch {
                 history: of_voice(&mut self.histories, index, self.history),
