@@ -26,7 +26,19 @@ pub(crate) enum RampRate {
     Fast,
 }
 
+/// Numbers of frames for which weights are held.
+pub(crate) const HOLDS: usize = 3;
+
 impl RampRate {
+    /// Which of the [`HOLDS`] applies, with `left` frames of the ramp left.
+    pub(crate) fn hold_index(self, left: u32) -> usize {
+        match self {
+            Self::Moderate if left > 0 => 1,
+            Self::Fast if left > 0 => 2,
+            _ => 0,
+        }
+    }
+
     /// Frames for which growing weights are held.
     fn hold(self) -> u32 {
         match self {

@@ -60,6 +60,11 @@ const FLOOR: f32 = 1e-9;
 /// Added and subtracted: values below about 1e-25 become zero before they become subnormal.
 const SUBNORMAL_GUARD: f32 = 1e-18;
 
+/// Frames whose sums are in registers while signals are added.
+const PART: usize = 32;
+
+const _: () = assert!(CHUNK.is_multiple_of(PART));
+
 /// Times of a network in seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Timing {
@@ -332,7 +337,7 @@ impl Network {
             add_buses(
                 self.set,
                 &inputs[..fed],
-                &mut row[..frames.next_multiple_of(32).min(CHUNK)],
+                &mut row[..frames.next_multiple_of(PART)],
             );
         }
         mix(self.set, &self.entry_signs, frames, rows);
@@ -423,13 +428,13 @@ fn prime_from(n: usize) -> usize {
 }
 
 kernel! {
-    /// Sums signals times their gains, in whole parts of 32 frames.
+    /// Sums signals times their gains, in whole parts.
     fn add_buses<L>(inputs: &[(&[f32], f32)], output: &mut [f32]) {
-        for (number, output) in output.as_chunks_mut::<32>().0.iter_mut().enumerate() {
+        for (number, output) in output.as_chunks_mut::<PART>().0.iter_mut().enumerate() {
             let zero = L::splat(0.0);
             let (mut a, mut b, mut c, mut d) = (zero, zero, zero, zero);
             for (input, gain) in inputs {
-                let Some(input) = input.as_chunks::<32>().0.get(number) else {
+                let Some(input) = input.as_chunks::<PART>().0.get(number) else {
                     continue;
                 };
                 let gain = L::splat(*gain);

@@ -126,10 +126,10 @@ kernel! {
                     let of_lines = &coefficients.shelves[shelf][bundle];
                     let state = &mut states[shelf][bundle];
                     let mut running = Running::<L>::of(state);
-                    if count == 8 {
-                        running.run_eight(of_lines, &mut tile);
-                    } else {
-                        running.run(of_lines, &mut tile[skip..skip + count]);
+                    // Of a whole tile the compiler knows the length.
+                    match count {
+                        8 => running.run(of_lines, &mut tile),
+                        _ => running.run(of_lines, &mut tile[skip..skip + count]),
                     }
                     *state = running.state(count % 2 == 1);
                 }
@@ -181,19 +181,13 @@ impl<L: Lanes> Running<L> {
     /// Filters frames in place.
     #[inline(always)]
     fn run(&mut self, shelf: &Shelf, frames: &mut [L]) {
-        for (number, frame) in frames.iter_mut().enumerate() {
-            *frame = match number % 2 {
-                0 => self.step(shelf, *frame),
-                _ => self.step_back(shelf, *frame),
-            };
+        let (pairs, last) = frames.as_chunks_mut::<2>();
+        for [first, second] in pairs {
+            *first = self.step(shelf, *first);
+            *second = self.step_back(shelf, *second);
         }
-    }
-
-    #[inline(always)]
-    fn run_eight(&mut self, shelf: &Shelf, frames: &mut [L; 8]) {
-        for pair in 0..4 {
-            frames[2 * pair] = self.step(shelf, frames[2 * pair]);
-            frames[2 * pair + 1] = self.step_back(shelf, frames[2 * pair + 1]);
+        if let [last] = last {
+            *last = self.step(shelf, *last);
         }
     }
 

@@ -16,7 +16,7 @@ use crate::simd::{F32x8, LaneSet, prefetch};
 
 use crate::generation::bands::air_filter::{AIR_DELAY, AIR_SCRATCH};
 use crate::generation::binaural::ear_ramps;
-use crate::generation::binaural::ear_ramps::{Arrival, EarPair, RampRate, Weights, history_frames};
+use crate::generation::binaural::ear_ramps::{Arrival, EarPair, Weights, history_frames};
 use crate::generation::binaural::filter_bank::{BATCH, OutputBuses};
 use crate::generation::delay::delay_line::{DelayLine, PrefetchWindow};
 use crate::generation::delay::interpolation::{Intervals, SLACK};
@@ -29,7 +29,7 @@ use crate::generation::voices::voice::{INDEX_BITS, MAX_FRESH, Voice, VoiceScratc
 
 /// Kinds of voices that share batches: with eight or all components, times the frames for which weights are held. So what a voice adds
 /// does not depend on the others.
-const KINDS: usize = 6;
+const KINDS: usize = 2 * ear_ramps::HOLDS;
 
 /// Voices that may start while others fade, besides a quarter of the active ones.
 const MIN_STARTS: usize = 64;
@@ -470,12 +470,7 @@ impl VoiceSet {
                 continue;
             };
             let is_fine = voice.groups[resting] == self.groups;
-            let rate = match voice.rate {
-                RampRate::Moderate if chunk.left > 0 => 1,
-                RampRate::Fast if chunk.left > 0 => 2,
-                _ => 0,
-            };
-            let kind = usize::from(is_fine) + 2 * rate;
+            let kind = usize::from(is_fine) + 2 * voice.rate.hold_index(chunk.left);
             let count = &mut counts[kind];
             let scratch = VoiceScratch {
                 history: of_voice(&mut self.histories, index, self.history),
