@@ -6,7 +6,7 @@
 //! Energies depend on the positions of sources and listener, decays do not: sound that is under way keeps its decay while they move.
 
 use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::diffuse::envelope::{DecayColumns, NEPERS_OF_60_DB, STEPS};
+use crate::propagation::diffuse::envelope::{DecayColumns, NEPERS_OF_60_DB};
 use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
 use crate::propagation::late_group::LATE_GROUPS;
 
@@ -14,12 +14,12 @@ use crate::propagation::late_group::LATE_GROUPS;
 /// numerical accidents.
 const DECAY_RANGE_S: (f32, f32) = (0.07, 30.0);
 
-/// Falls in dB of the energy over the responses up to which the slow decay is [`PatchDecays::slowest`], and from which on it is fitted:
+/// Falls in dB of the energy over its course up to which the slow decay is [`PatchDecays::slowest`], and from which on it is fitted:
 /// where energy falls by few decibels, a line through them follows its fluctuations.
 const SLOWEST_UP_TO_DB: f32 = 10.0;
 pub(crate) const FITTED_FROM_DB: f32 = 20.0;
 
-/// Time steps at the start and end of the responses that the fall is taken between.
+/// Time steps at the start and end of the course that the fall is taken between.
 const FALL_STEPS: usize = 10;
 
 /// Level below the peak to which the slow decay is fitted: 45 dB.
@@ -27,12 +27,6 @@ const SLOW_RANGE: f32 = 3.2e-5;
 
 /// Share of that span after which its fit starts.
 const SLOW_START: f32 = 0.5;
-
-/// Least ratio of the rates in two doublings of time: a smaller one is noise.
-const LEAST_CHANGE: f64 = 0.7;
-
-/// Falls in dB of the energy over the responses up to which all of the next doubling of time is heard, and from which on none of it is.
-const NEXT_IS_HEARD_TO_DB: (f32, f32) = (20.0, 40.0);
 
 /// Ratio of the decay rates, in octaves, up to which they are one and from which on they are two.
 const ONE_DECAY: f64 = 1.0;
@@ -81,8 +75,10 @@ pub(crate) struct PatchDecays<'a> {
     pub(crate) speed_m_s: f32,
     /// Share of the scene's surface of each patch.
     pub(crate) share: &'a [f32],
-    /// Energy that leaves all patches in each time step, of energy that begins in the air, as that of sources does.
-    pub(crate) total: &'a [BandArray; STEPS],
+    /// Energy that leaves all patches in each of [`LONG_STEPS`], of energy that begins in the air, as that of sources does.
+    ///
+    /// [`LONG_STEPS`]: crate::propagation::diffuse::air_course::LONG_STEPS
+    pub(crate) total: &'a [BandArray],
     /// The slowest decay in nepers of energy per time step: used where `total` falls by less than [`FITTED_FROM_DB`].
     pub(crate) slowest: &'a BandArray,
     pub(crate) first_legs: &'a [FirstLegs],
@@ -131,7 +127,7 @@ fn local_rates(field: &PatchDecays<'_>) -> Vec<BandArray> {
 /// Decay rates of the groups in nepers of energy per second, from the energy of the whole scene and the rates around its
 /// patches.
 fn rates_of(
-    total: &[BandArray; STEPS],
+    total: &[BandArray],
     local: &[BandArray],
     field: &PatchDecays<'_>,
 ) -> [BandArray; LATE_GROUPS] {
@@ -160,9 +156,9 @@ fn rates_of(
 }
 
 /// Fall in dB from the first time steps to the last ones.
-pub(crate) fn fall_db(total: &[BandArray; STEPS]) -> BandArray {
+pub(crate) fn fall_db(total: &[BandArray]) -> BandArray {
     // Nothing arrives at time 0.
-    let spans = [1..1 + FALL_STEPS, STEPS - FALL_STEPS..STEPS];
+    let spans = [1..1 + FALL_STEPS, total.len() - FALL_STEPS..total.len()];
     let [first, last] = spans.map(|steps| sum_of(&total[steps]));
     std::array::from_fn(|b| {
         let ratio = first[b] / last[b].max(f32::MIN_POSITIVE);
@@ -187,12 +183,6 @@ fn fitted_share(fall_db: f32) -> f64 {
     f64::from(share.clamp(0.0, 1.0))
 }
 
-/// Share of the next doubling of time that is heard, at a fall in dB.
-fn next_heard(fall_db: f32) -> f64 {
-    let (all, none) = NEXT_IS_HEARD_TO_DB;
-    f64::from(((none - fall_db) / (none - all)).clamp(0.0, 1.0))
-}
-
 /// Value below which `wanted` of the patches' shares lie.
 fn quantile(values: &[BandArray], share: &[f32], band: usize, wanted: f32) -> f64 {
     let mut order: Vec<usize> = (0..values.len()).collect();
@@ -209,18 +199,14 @@ fn quantile(values: &[BandArray], share: &[f32], band: usize, wanted: f32) -> f6
 /// Decay per time step in the second half of the audible range. In the open a few echoes arrive there with gaps between them, and
 /// the last one is no sign of energy that grows: with gaps the line goes through the largest energy that is still to come, and
 /// from the echo before on where the last one is the only one in that half.
-fn slow_slope(energy: &[BandArray; STEPS], band: usize) -> Option<f64> {
+fn slow_slope(energy: &[BandArray], band: usize) -> Option<f64> {
     let peak = energy.iter().map(|energy| energy[band]).fold(0.0, f32::max);
     let is_audible = |energy: &BandArray| energy[band] > SLOW_RANGE * peak;
     let end = 1 + energy.iter().rposition(is_audible)?;
     let half = (SLOW_START * end as f32) as usize;
-    let mut levels = energy.map(|energy| energy[band]);
+    let mut levels: Vec<f32> = energy.iter().map(|energy| energy[band]).collect();
     if energy[half..end].iter().all(is_audible) {
-        let rate = slope(&levels[half..end])?;
-        // In the next doubling of time the rate changes by the ratio of the last one, as far as that is heard.
-        let before = slope(&levels[half / 2..half]).unwrap_or(rate);
-        let change = (rate / before.max(f64::MIN_POSITIVE)).clamp(LEAST_CHANGE, 1.0);
-        return Some(rate * change.powf(next_heard(fall_db(energy)[band])));
+        return slope(&levels[half..end]);
     }
     for step in (1..end).rev() {
         levels[step - 1] = levels[step - 1].max(levels[step]);

@@ -6,14 +6,19 @@
 
 use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
+use crate::propagation::diffuse::air_course::{LONG_STEPS, LateBins, add_to_bin};
+use crate::propagation::diffuse::decay_fit::sum_of;
 use crate::propagation::diffuse::envelope::STEPS;
+use crate::propagation::diffuse::transport::Transport;
 use crate::propagation::rays::directions::{mix, unit};
+use crate::simd::{LaneSet, kernel};
 
 /// Ends of the spans in time steps before they are varied; the last span has none.
 const SPAN_ENDS: [f32; SPANS - 1] = [
     1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 8.5, 10.5, 13.5, 17.0, 21.5, 27.0, 34.0, 43.0, 54.0, 68.0, 86.0,
+    108.0, 136.0, 172.0, 216.0,
 ];
-pub(crate) const SPANS: usize = 18;
+pub(crate) const SPANS: usize = 22;
 
 /// Time steps that delays are spread over: the responses and half of the longest span.
 const BEYOND: usize = STEPS + 24;
@@ -21,8 +26,8 @@ const BEYOND: usize = STEPS + 24;
 /// Least factor of the varied ends, and their range: the ratio of two ends.
 const VARIED: (f32, f32) = (0.88, 0.25);
 
-/// Delay in time steps after which nothing is added: a span that begins within the responses is filled to its end.
-pub(crate) const LONGEST: f32 = 94.0;
+/// Delay in time steps after which nothing is added: the end of the course of energy that begins in the air.
+pub(crate) const LONGEST: f32 = LONG_STEPS as f32;
 
 /// Factor of delays before they are compared with the ends of spans, different for each `number`.
 pub(crate) fn varied((least, range): (f32, f32), number: usize) -> f32 {
@@ -144,6 +149,44 @@ impl DelaySums {
         spread(&of_spans)
     }
 
+    /// Energy that begins in the air and leaves all patches in each of [`LONG_STEPS`], and each patch in each late bin.
+    pub(crate) fn course_of_air(
+        &self,
+        transports: &[Transport],
+    ) -> (Vec<BandArray>, Vec<LateBins>) {
+        let patches = self.patches;
+        let mut leaving = vec![[0.0; BANDS]; LONG_STEPS * patches];
+        let mut radiated = leaving.clone();
+        for (index, sum) in self.of_air.iter().enumerate() {
+            let Some(delay) = sum.delay() else { continue };
+            let (span, to) = (index / patches, index % patches);
+            let (middle, half) = (delay.round() as usize, half_width(span));
+            let share = 1.0 / (2 * half + 1) as f32;
+            for step in middle.saturating_sub(half)..LONG_STEPS.min(middle + half + 1) {
+                for b in 0..BANDS {
+                    leaving[step * patches + to][b] += share * sum.leaving[b];
+                    radiated[step * patches + to][b] += share * sum.scattered[b];
+                }
+            }
+        }
+        pass_on(
+            LaneSet::best(),
+            transports,
+            patches,
+            &mut leaving,
+            &mut radiated,
+        );
+        let mut late = vec![LateBins::default(); patches];
+        let of_steps = leaving.chunks_exact(patches).enumerate();
+        let total = of_steps.map(|(step, leaving)| {
+            for (bins, energy) in late.iter_mut().zip(leaving) {
+                add_to_bin(bins, step, energy);
+            }
+            sum_of(leaving)
+        });
+        (total.collect(), late)
+    }
+
     /// Spans, time steps and patches at which energy that begins in the air arrives, and its sums.
     fn arrivals_of_air(&self) -> impl Iterator<Item = (usize, usize, usize, &DelaySum)> {
         let sums = self.of_air.iter().enumerate();
@@ -152,6 +195,32 @@ impl DelaySums {
             Some((index / self.patches, first, index % self.patches, sum))
         });
         arrivals.filter(|(_, first, ..)| *first < BEYOND)
+    }
+}
+
+kernel! {
+    /// Adds what leaves patches, and what they radiate, of what was radiated before: `[step × patches + patch]`. No fused products: all
+    /// machines give the same bits.
+    fn pass_on<L>(
+        transports: &[Transport],
+        patches: usize,
+        leaving: &mut [BandArray],
+        radiated: &mut [BandArray],
+    ) {
+        for step in 0..leaving.len() / patches {
+            for transport in transports {
+                let to = (step + usize::from(transport.delay)) * patches;
+                if to >= leaving.len() {
+                    continue;
+                }
+                let to = to + usize::from(transport.to);
+                let from = L::load(&radiated[step * patches + usize::from(transport.from)]);
+                let sum = L::load(&leaving[to]).add(L::load(&transport.leaving).mul(from));
+                sum.store(&mut leaving[to]);
+                let sum = L::load(&radiated[to]).add(L::load(&transport.scattered).mul(from));
+                sum.store(&mut radiated[to]);
+            }
+        }
     }
 }
 

@@ -9,13 +9,15 @@
 //! Decays of similar lengths can replace each other, and least squares alone gives all energy to one of them, another one for
 //! a little noise; each sounds through lines of its own. The fit therefore multiplies from a start in which all have a share,
 //! slow decays a larger one, and ends before it is exact (image space reconstruction, \[DAUBE86\]): the result is a smooth
-//! function of the arrivals. The second group may be slower than the first, which has the slowest decay of the field: it starts with
+//! function of the arrivals. The end of the responses is early in rooms that are live in some directions only: there the arrivals go on
+//! with the course of energy that begins in the air, which counts as far as few rays carry the source's. The second group may be slower than the first, which has the slowest decay of the field: it starts with
 //! little, since arrivals that fall by few decibels do not tell the two apart.
 
 use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::diffuse::fit_spans::{SPAN_ENDS, SPAN_OF_STEP, SPANS};
-use crate::propagation::diffuse::steady_tail::steady;
+use crate::propagation::diffuse::air_course::AirCourse;
+use crate::propagation::diffuse::fit_spans::{LONG_SPANS, SPAN_ENDS, SPAN_OF_STEP, SPANS};
+use crate::propagation::diffuse::steady_tail::{HALF, steady};
 use crate::propagation::late_group::{LATE_GROUPS, LateGroup};
 use crate::propagation::path::{LATE_SEGMENTS, LateEnergy};
 use crate::simd::{LaneSet, Lanes, kernel};
@@ -81,7 +83,7 @@ const fn group_and_segment(column: usize) -> (usize, usize) {
 #[derive(Debug, Clone)]
 pub(crate) struct DecayColumns {
     /// Energy in each span of every decay of unit energy.
-    spans: [[BandArray; SPANS]; COLUMNS],
+    spans: [[BandArray; LONG_SPANS]; COLUMNS],
     /// Starts of the fit, relative to those of the last group.
     starts: [BandArray; COLUMNS],
     /// Whether the last segment has energy in any band.
@@ -91,7 +93,7 @@ pub(crate) struct DecayColumns {
 impl Default for DecayColumns {
     fn default() -> Self {
         Self {
-            spans: [[[0.0; BANDS]; SPANS]; COLUMNS],
+            spans: [[[0.0; BANDS]; LONG_SPANS]; COLUMNS],
             starts: [[1.0; BANDS]; COLUMNS],
             has_last: false,
         }
@@ -215,37 +217,22 @@ impl ArrivalHistogram {
         }
     }
 
-    /// Energy in each span of a series of time steps after emission.
-    fn spans_of(&self, of_steps: &[BandArray]) -> [BandArray; SPANS] {
-        let mut spans = [[0.0; BANDS]; SPANS];
-        let whole = self.nearest_steps().min(STEPS as f32);
-        let first = whole as usize;
-        let rest = whole - first as f32;
-        for (pair, span) in of_steps.windows(2).skip(first).zip(SPAN_OF_STEP) {
-            let sum = &mut spans[usize::from(span)];
-            for b in 0..BANDS {
-                sum[b] += (1.0 - rest) * pair[0][b] + rest * pair[1][b];
-            }
-        }
-        spans
-    }
-
-    /// Fits decays to the arrivals; `weight` is the sum of their weights, `of_air` what arrives of energy that begins in the air, in each
-    /// time step after emission. Returns the shares of the groups in the energy of each span.
+    /// Fits decays to the arrivals; `weight` is the sum of their weights, `of_air` what arrives of energy that begins in the air.
+    /// Returns the shares of the groups in the energy of each span.
     pub(crate) fn fit(
         &self,
         columns: &DecayColumns,
-        of_air: &[BandArray],
+        of_air: &AirCourse,
         weight: f32,
         late: &mut LateEnergy,
     ) -> GroupShares {
         // Responses end `STEPS` after emission.
         let valid = STEPS.saturating_sub((self.nearest_s / self.step_s) as usize);
-        let spans = SPAN_ENDS.iter().filter(|end| **end <= valid).count();
-        let spans = spans.clamp(MIN_SPANS, SPANS);
-        let mut energy = [[0.0; BANDS]; SPANS];
+        let known = SPAN_ENDS.iter().filter(|end| **end <= valid).count();
+        let known = known.clamp(MIN_SPANS, SPANS);
+        let mut energy = [[0.0; BANDS]; LONG_SPANS];
         let mut first = 0;
-        for (sum, end) in energy.iter_mut().zip(SPAN_ENDS).take(spans) {
+        for (sum, end) in energy.iter_mut().zip(SPAN_ENDS).take(known) {
             for step in &self.energy[first..end] {
                 for b in 0..BANDS {
                     sum[b] += step[b];
@@ -253,12 +240,22 @@ impl ArrivalHistogram {
             }
             first = end;
         }
-        steady(&mut energy[..spans], &self.variance, &self.spans_of(of_air));
+        let (air, within) = of_air.spans_from(self.nearest_steps());
+        let drawn = steady(&mut energy[..known], &self.variance, &air[..known]);
+        let spans = continued(&mut energy, known, &air[..within.max(known)]);
+        let mut weights = [[1.0; BANDS]; LONG_SPANS];
+        weights[known..].fill(drawn);
         for sum in energy.as_flattened_mut() {
             *sum /= weight;
         }
         let mut fitted = [[0.0; BANDS]; COLUMNS];
-        fit(LaneSet::best(), &energy[..spans], columns, &mut fitted);
+        fit(
+            LaneSet::best(),
+            &energy[..spans],
+            &mut weights,
+            columns,
+            &mut fitted,
+        );
         late.energy = [[[0.0; BANDS]; LATE_SEGMENTS]; LATE_GROUPS];
         for (number, energy) in fitted.iter().enumerate() {
             let (group, segment) = group_and_segment(number);
@@ -291,7 +288,7 @@ kernel! {
     /// Shares of the groups in the energy of each span. No fused products: all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
     fn divide<L>(
-        columns: &[[BandArray; SPANS]; COLUMNS],
+        columns: &[[BandArray; LONG_SPANS]; COLUMNS],
         fitted: &[BandArray; COLUMNS],
         shares: &mut [[BandArray; LATE_GROUPS]; SPANS],
     ) {
@@ -314,6 +311,28 @@ kernel! {
     }
 }
 
+/// Continues the first `known` energies in spans of time with the course of those of the air, as far as these go. Returns the number of
+/// spans: `known` where the air's energy does not arrive.
+fn continued(energy: &mut [BandArray; LONG_SPANS], known: usize, air: &[BandArray]) -> usize {
+    let half = usize::from(HALF[known - 1]);
+    let (mut own, mut of_air) = ([0.0; BANDS], [0.0f32; BANDS]);
+    for span in half..known {
+        for b in 0..BANDS {
+            own[b] += energy[span][b];
+            of_air[b] += air[span][b];
+        }
+    }
+    if (0..BANDS).any(|b| own[b] > 0.0 && of_air[b] <= 0.0) {
+        return known;
+    }
+    for span in known..air.len() {
+        for b in 0..BANDS {
+            energy[span][b] = air[span][b] * (own[b] / of_air[b].max(f32::MIN_POSITIVE));
+        }
+    }
+    air.len()
+}
+
 /// Time steps of a span.
 fn steps_of(span: usize) -> f32 {
     let first = if span == 0 { 0 } else { SPAN_ENDS[span - 1] };
@@ -321,10 +340,15 @@ fn steps_of(span: usize) -> f32 {
 }
 
 kernel! {
-    /// Non-negative least squares of relative errors; the result is scaled to the whole energy. No fused products: all machines
-    /// give the same bits.
+    /// Non-negative least squares of relative errors times `weights`, which become those of absolute errors; the result is scaled to
+    /// the whole energy. No fused products: all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
-    fn fit<L>(energy: &[BandArray], decays: &DecayColumns, fitted: &mut [BandArray; COLUMNS]) {
+    fn fit<L>(
+        energy: &[BandArray],
+        weights: &mut [BandArray; LONG_SPANS],
+        decays: &DecayColumns,
+        fitted: &mut [BandArray; COLUMNS],
+    ) {
         let columns = &decays.spans;
         let mut loudest = [f32::MIN_POSITIVE; BANDS];
         for span in energy {
@@ -333,17 +357,16 @@ kernel! {
             }
         }
         // Columns over the energies, and their products.
-        let mut weights = [[0.0; BANDS]; SPANS];
         let mut highest = [0.0f32; BANDS];
         for span in (0..energy.len()).rev() {
             let steps = steps_of(span);
             for b in 0..BANDS {
                 let level = energy[span][b] / steps;
                 highest[b] = if level > highest[b] { level } else { highest[b] };
-                weights[span][b] = loudest[b] / (highest[b] * steps + FIT_RANGE * loudest[b]);
+                weights[span][b] *= loudest[b] / (highest[b] * steps + FIT_RANGE * loudest[b]);
             }
         }
-        let mut shares = [[0.0; BANDS]; SPANS];
+        let mut shares = [[0.0; BANDS]; LONG_SPANS];
         for (share, sum) in shares.iter_mut().zip(energy) {
             for b in 0..BANDS {
                 share[b] = sum[b] / loudest[b];
@@ -394,7 +417,7 @@ fn multiply<L: Lanes, const COUNT: usize>(
     let mut targets = [[0.0f32; BANDS]; COUNT];
     for p in 0..COUNT {
         let column = &columns[column_of::<COUNT>(p)];
-        let mut weighted = [[0.0f32; BANDS]; SPANS];
+        let mut weighted = [[0.0f32; BANDS]; LONG_SPANS];
         for (span, (weight, share)) in weights.iter().zip(shares).enumerate() {
             for b in 0..BANDS {
                 weighted[span][b] = column[span][b] * weight[b];

@@ -44,7 +44,7 @@ fn two_slopes_with_a_slow_start_are_fitted() {
     late.start_s = nearest_s;
     late.mean_free_time_s = STEPS_PER_FREE_TIME * step_s;
     let columns = DecayColumns::new(&rates, step_s);
-    histogram.fit(&columns, &[], 1.0, &mut late);
+    histogram.fit(&columns, &AirCourse::default(), 1.0, &mut late);
     for (first, end) in [(0, 8), (8, 20), (20, 40), (40, 70)] {
         let expected: f64 = histogram.energy[first..end]
             .iter()
@@ -76,7 +76,12 @@ fn energy_that_builds_up_slowly_is_fitted() {
     let mut late = LateEnergy::silent(SourceId::default());
     late.start_s = nearest_s;
     late.mean_free_time_s = STEPS_PER_FREE_TIME * step_s;
-    histogram.fit(&DecayColumns::new(&rates, step_s), &[], 1.0, &mut late);
+    histogram.fit(
+        &DecayColumns::new(&rates, step_s),
+        &AirCourse::default(),
+        1.0,
+        &mut late,
+    );
     for (first, end) in [(0, 20), (20, 40), (40, 60), (60, 75)] {
         let energies = &histogram.energy[first..end];
         let expected: f64 = energies.iter().map(|e| f64::from(e[3])).sum();
@@ -108,7 +113,7 @@ fn one_decay_is_not_lengthened_by_a_slower_group() {
     late.start_s = nearest_s;
     late.mean_free_time_s = STEPS_PER_FREE_TIME * step_s;
     let columns = DecayColumns::new(&rates, step_s);
-    histogram.fit(&columns, &[], 1.0, &mut late);
+    histogram.fit(&columns, &AirCourse::default(), 1.0, &mut late);
     // The energies are scaled to those of the arrivals.
     let arrived_s = f64::from(step_s) * (STEPS as f64 - 0.5);
     let within = |from_s: f64, to_s: f64| {
@@ -137,7 +142,7 @@ fn a_segment_without_energy_is_left_out() {
     let mut fits = [LateEnergy::silent(SourceId::default()); 2];
     for (has_last, late) in [false, true].into_iter().zip(&mut fits) {
         columns.has_last = has_last;
-        histogram.fit(&columns, &[], 1.0, late);
+        histogram.fit(&columns, &AirCourse::default(), 1.0, late);
     }
     assert!(fits[0].energy[0][0][3] > 0.0);
     assert_eq!(fits[0], fits[1]);
@@ -163,7 +168,7 @@ fn noise_does_not_move_energy_between_similar_decays() {
             }
         }
         let mut late = LateEnergy::silent(SourceId::default());
-        histogram.fit(&columns, &[], 1.0, &mut late);
+        histogram.fit(&columns, &AirCourse::default(), 1.0, &mut late);
         late.energy
     };
     let quiet = fitted(0);

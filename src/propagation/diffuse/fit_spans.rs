@@ -1,13 +1,16 @@
 //! Spans of time in which late energy is fitted: short ones early, longer ones late. Own.
 
-/// Number of the spans.
+/// Number of the spans in which a source's energy is known, and number of all: in the later ones it has the course of energy that begins
+/// in the air.
 pub(crate) const SPANS: usize = 16;
+pub(crate) const LONG_SPANS: usize = 20;
 
 /// Time steps of the scene's responses at which the spans end.
-pub(crate) const SPAN_ENDS: [usize; SPANS] =
-    [1, 2, 3, 4, 6, 8, 11, 15, 20, 26, 33, 41, 50, 60, 70, 80];
+pub(crate) const SPAN_ENDS: [usize; LONG_SPANS] = [
+    1, 2, 3, 4, 6, 8, 11, 15, 20, 26, 33, 41, 50, 60, 70, 80, 104, 136, 178, 232,
+];
 
-/// The span of each time step.
+/// The span of each time step in which a source's energy is known.
 pub(crate) const SPAN_OF_STEP: [u8; SPAN_ENDS[SPANS - 1]] = {
     let (mut spans, mut step) = ([0; SPAN_ENDS[SPANS - 1]], 0);
     while step < spans.len() {

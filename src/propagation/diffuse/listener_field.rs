@@ -11,6 +11,7 @@ use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
+use crate::propagation::diffuse::air_course::{AirCourse, LateBins, add_bins};
 use crate::propagation::diffuse::delayed::add_delayed;
 use crate::propagation::diffuse::envelope::STEPS;
 use crate::propagation::diffuse::late_directions::{MOMENTS, Moments, moments};
@@ -47,8 +48,8 @@ pub struct ListenerField {
     pub(crate) response: Vec<BandArray>,
     /// Moments of the energy that arrives in each of [`DIRECTION_SPANS`] for a unit that a patch radiates.
     pub(crate) arriving: Vec<[Moments; DIRECTION_SPANS.len()]>,
-    /// Energy that arrives in each time step of what begins in the air, evenly and in all directions.
-    pub(crate) of_air: Vec<BandArray>,
+    /// What arrives of energy that begins in the air, evenly and in all directions.
+    pub(crate) of_air: AirCourse,
     /// Decay times of the groups.
     pub groups: [LateGroup; LATE_GROUPS],
 }
@@ -82,17 +83,18 @@ impl ListenerField {
         self.connect(scene, field, listener);
         self.response.clear();
         self.response.resize(STEPS * field.patches(), [0.0; BANDS]);
-        self.of_air.clear();
-        self.of_air.resize(STEPS, [0.0; BANDS]);
+        let mut of_air = [[0.0; BANDS]; STEPS];
+        let mut late = LateBins::default();
         for (to, view) in self.patches.iter().enumerate() {
             if view.energy.iter().any(|energy| *energy > 0.0) {
                 let delay = view.delay_s / field.step_s;
                 let leaving = field.response_of(to);
                 arrive(LaneSet::best(), leaving, view, delay, &mut self.response);
-                let of_air = field.of_air(to);
-                arrive(LaneSet::best(), of_air, view, delay, &mut self.of_air);
+                arrive(LaneSet::best(), field.of_air(to), view, delay, &mut of_air);
+                add_bins(&mut late, field.of_air_late(to), &view.energy, delay);
             }
         }
+        self.of_air.set(&of_air, &late);
         for (group, time_s) in self.groups.iter_mut().zip(&field.decays.times_s) {
             group.decay_time_s = *time_s;
         }

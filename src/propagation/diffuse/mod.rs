@@ -18,6 +18,7 @@
 //! after the last motion all are exact. The cache takes about 0.15 MB per source with 128 rays to a depth of 4
 //! (`by_rotation`), and 0.4 MB more in a scene with instances (`static_hit_cache`).
 
+mod air_course;
 mod air_spaces;
 mod bounce_buffer;
 mod by_rotation;

@@ -123,7 +123,10 @@ impl SpecularLegs {
         [energy, heard]: [&BandArray; 2],
     ) {
         let sums = &mut self.sums[patch];
-        let time = ((steps / STEPS_PER_TIME) as usize).min(TIMES - 1);
+        let time = (steps / STEPS_PER_TIME) as usize;
+        if time >= TIMES {
+            return;
+        }
         let total = match length_m {
             Some(_) => &mut sums.heard[time],
             None => &mut sums.missing[time],

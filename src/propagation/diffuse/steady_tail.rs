@@ -23,7 +23,7 @@ const BEFORE: usize = 5;
 const _: () = assert!(BEFORE <= FIRST);
 
 /// The span of half of the time at which each span begins: from there on energies give the level of the expected ones.
-const HALF: [u8; SPANS] = {
+pub(crate) const HALF: [u8; SPANS] = {
     let (mut half, mut span) = ([0; SPANS], 1);
     while span < SPANS {
         half[span] = SPAN_OF_STEP[SPAN_ENDS[span - 1] / 2];
@@ -32,8 +32,14 @@ const HALF: [u8; SPANS] = {
     half
 };
 
-/// Draws energies with a variance towards those with the course of `of_air`. The energy of all that are drawn stays.
-pub(crate) fn steady(energy: &mut [BandArray], variance: &[BandArray], of_air: &[BandArray]) {
+/// Draws energies with a variance towards those with the course of `of_air`. The energy of all that are drawn stays. Returns how much
+/// the last span was drawn, from 0 to 1.
+pub(crate) fn steady(
+    energy: &mut [BandArray],
+    variance: &[BandArray],
+    of_air: &[BandArray],
+) -> BandArray {
+    let mut drawn = [0.0; BANDS];
     let spans = energy.len();
     let [own_left, air_left] = [&*energy, of_air].map(left);
     let mut expected = [[0.0; BANDS]; SPANS];
@@ -62,6 +68,7 @@ pub(crate) fn steady(energy: &mut [BandArray], variance: &[BandArray], of_air: &
                 true => 1.0 - MISMATCH / (mean + MISMATCH),
                 false => 0.0,
             };
+            drawn[b] = share;
             before[b] += energy[span][b];
             energy[span][b] += share * (expected[span][b] - energy[span][b]);
             after[b] += energy[span][b];
@@ -76,6 +83,7 @@ pub(crate) fn steady(energy: &mut [BandArray], variance: &[BandArray], of_air: &
             energy[b] *= scale;
         }
     }
+    drawn
 }
 
 /// Energy from each span on.

@@ -14,6 +14,7 @@ use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
+use crate::propagation::diffuse::air_course::LateBins;
 use crate::propagation::diffuse::decay_fit::{
     CommonDecays, FITTED_FROM_DB, FirstLegs, PatchDecays, fall_db, sum_of,
 };
@@ -48,10 +49,11 @@ const SAMPLES_AN_URGENT_STEP: usize = 128;
 pub(crate) const DIRECTION_SPANS: [Range<usize>; 4] = [0..6, 6..16, 16..36, 36..STEPS];
 
 /// Most specular reflections of a ray; what is left is then radiated by the last patch.
-const MAX_ORDER: usize = 40;
+const MAX_ORDER: usize = 150;
 
-/// Share of a ray's energy below which it ends in the same way: −30 dB.
-const MIN_SHARE: f32 = 1e-3;
+/// Share of a ray's energy below which it ends in the same way: −40 dB. What then radiates decays fast: with −30 dB the slow decay of an
+/// office with an absorbing ceiling, which lasts as its rays fly level, was 10 % too fast.
+const MIN_SHARE: f32 = 1e-4;
 
 /// Share of a patch's radiated energy below which a transport is left out.
 const NEGLIGIBLE: f32 = 1e-7;
@@ -65,14 +67,14 @@ const STEP_RANGE_S: (f32, f32) = (0.001, 0.05);
 
 /// Energy that one patch sends to another within a span of delays.
 #[derive(Debug, Clone, Copy)]
-struct Transport {
-    from: u16,
-    to: u16,
+pub(crate) struct Transport {
+    pub(crate) from: u16,
+    pub(crate) to: u16,
     /// In time steps, at least 1.
-    delay: u16,
+    pub(crate) delay: u16,
     /// Energy that leaves the other patch, and the scattered part of it.
-    leaving: BandArray,
-    scattered: BandArray,
+    pub(crate) leaving: BandArray,
+    pub(crate) scattered: BandArray,
 }
 
 /// The late field of a scene.
@@ -90,6 +92,8 @@ pub struct SceneField {
     spans: Vec<[BandArray; DIRECTION_SPANS.len()]>,
     /// Energy that begins in the air, evenly and in all directions, and leaves each patch in a time step: `[to × STEPS + step]`.
     of_air: Vec<PackedBands>,
+    /// The same later, of each patch.
+    of_air_late: Vec<LateBins>,
     /// Counts calls of [`Self::renew`].
     pub(crate) renewals: u64,
     /// What becomes of the energy that each patch radiates, up to its first reflection.
@@ -122,6 +126,7 @@ impl SceneField {
             responses: Vec::new(),
             spans: Vec::new(),
             of_air: Vec::new(),
+            of_air_late: Vec::new(),
             renewals: 0,
             first_legs: Vec::new(),
             specular: SpecularLegs::default(),
@@ -147,7 +152,8 @@ impl SceneField {
             return;
         }
         let transports = collect(sums, patches);
-        let mut total = [[0.0; BANDS]; STEPS];
+        let (total, late) = sums.course_of_air(&transports);
+        self.of_air_late = late;
         let mut response = vec![[0.0; BANDS]; patches * STEPS];
         self.responses.clear();
         self.responses.reserve_exact(patches * STEPS * patches);
@@ -161,11 +167,6 @@ impl SceneField {
                 responses.map(|response| DIRECTION_SPANS.map(|steps| sum_of(&response[steps]))),
             );
             let of_air = sums.leaving_of_air(to, &response);
-            for (total, leaving) in total.iter_mut().zip(&of_air) {
-                for b in 0..BANDS {
-                    total[b] += leaving[b];
-                }
-            }
             self.of_air.extend(of_air.iter().map(pack));
             self.responses.extend(response.iter().map(pack));
         }
@@ -209,6 +210,11 @@ impl SceneField {
     /// Energy that begins in the air and leaves a patch, in each time step.
     pub(crate) fn of_air(&self, to: usize) -> &[PackedBands] {
         &self.of_air[to * STEPS..][..STEPS]
+    }
+
+    /// Energy that begins in the air and leaves a patch, in each late bin.
+    pub(crate) fn of_air_late(&self, to: usize) -> &LateBins {
+        &self.of_air_late[to]
     }
 
     /// Energy that leaves a patch within each of [`DIRECTION_SPANS`], for each radiating patch.

@@ -206,6 +206,35 @@ fn l_shaped_room() -> Room {
     }
 }
 
+/// A room with twelve desks and an absorbing ceiling, in which little is scattered: what is left late flies level.
+fn classroom() -> Room {
+    let mut panels = box_faces(
+        [0.0; 3],
+        [9.0, 3.0, 7.0],
+        [Some(0), Some(0), Some(0), Some(1), Some(0), Some(0)],
+    );
+    for x in [2.5, 4.2, 5.9, 7.6] {
+        panels.extend([0.8, 3.0, 5.2].map(|z| Panel {
+            axis: 1,
+            at: 0.74,
+            corners: [DVec3::new(x, 0.74, z), DVec3::new(x + 0.6, 0.74, z + 1.3)],
+            material: 2,
+        }));
+    }
+    Room {
+        name: "classroom",
+        panels,
+        triangles: Vec::new(),
+        materials: vec![
+            plain("wall", 0.06, 0.1, None),
+            plain("ceiling", 0.75, 0.1, None),
+            plain("desk", 0.1, 0.1, None),
+        ],
+        source: Vec3::new(1.2, 1.6, 3.5),
+        listener: Vec3::new(6.6, 1.2, 5.6),
+    }
+}
+
 /// A corner of a cube, cut off 6 m from its corner, of plaster: after a tenth of a second almost all energy is still specular.
 fn tetrahedron() -> Room {
     let corner = |x, y, z| DVec3::new(x, y, z);
@@ -322,6 +351,7 @@ pub(super) fn all() -> Vec<Room> {
         tetrahedron(),
         stairwell(),
         l_shaped_room(),
+        classroom(),
     ]
 }
 
