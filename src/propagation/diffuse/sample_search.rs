@@ -11,6 +11,9 @@ use glam::Vec3;
 
 use crate::simd::{LaneSet, kernel};
 
+/// Samples that most searches find.
+const USUAL: usize = 4;
+
 /// Samples of a block, and children of a node.
 const LANES: usize = 8;
 
@@ -19,11 +22,11 @@ type Lanes = [f32; LANES];
 /// Rounding error of the cosine of unit vectors, with a margin.
 const COSINE_ROUNDING: f32 = 1e-6;
 
-/// Coordinates of eight samples: points, then normals.
+/// Coordinates of up to eight samples: points, then normals; NaN, which nothing is near, in unused lanes.
 #[derive(Debug, Clone, Copy)]
 struct Block {
     columns: [Lanes; 6],
-    /// Indices of the samples; the last ones may repeat.
+    /// Indices of the samples.
     index: [u32; LANES],
 }
 
@@ -94,44 +97,47 @@ struct Query {
     turn_m2: f32,
 }
 
-/// Cost and index of a sample.
-#[derive(Debug, Clone, Copy)]
-struct Nearest {
-    cost: f32,
-    index: usize,
-}
+/// Cost and index of a sample as one number, which has their order: bits of the cost, then the index.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Nearest(i64);
 
 impl Nearest {
-    const NONE: Self = Self {
-        cost: f32::INFINITY,
-        index: usize::MAX,
-    };
+    const NONE: Self = Self::new(f32::INFINITY, u32::MAX);
+
+    #[inline(always)]
+    const fn new(cost: f32, index: u32) -> Self {
+        Self((ordered(cost.to_bits() as i32) as i64) << 32 | index as i64)
+    }
+
+    #[inline(always)]
+    fn cost(self) -> f32 {
+        f32::from_bits(ordered((self.0 >> 32) as i32) as u32)
+    }
+
+    fn index(self) -> u32 {
+        self.0 as u32
+    }
 
     /// Inserts it into the nearest samples so far, the nearest first, of equal ones that of the lowest index.
     #[inline(always)]
     fn insert(self, nearest: &mut [Self]) {
-        let is_after = |other: &Self| {
-            other.cost > self.cost || other.cost == self.cost && other.index > self.index
-        };
-        let mut at = nearest.len();
-        while at > 0 && is_after(&nearest[at - 1]) {
-            at -= 1;
-        }
-        // A block may have the same sample twice.
-        let is_there = at > 0 && nearest[at - 1].index == self.index;
-        if at < nearest.len() && !is_there {
-            for later in (at + 1..nearest.len()).rev() {
-                nearest[later] = nearest[later - 1];
-            }
-            nearest[at] = self;
+        let mut later = self;
+        for other in nearest {
+            (*other, later) = (later.min(*other), later.max(*other));
         }
     }
+}
+
+/// The bits of a number, not NaN, as an integer of the same order, and back.
+#[inline(always)]
+const fn ordered(bits: i32) -> i32 {
+    bits ^ (bits >> 31 & i32::MAX)
 }
 
 /// The largest cost of the nearest samples so far.
 #[inline(always)]
 fn most(nearest: &[Nearest]) -> f32 {
-    nearest.last().map_or(f32::NEG_INFINITY, |last| last.cost)
+    nearest.last().map_or(f32::NEG_INFINITY, |last| last.cost())
 }
 
 /// Samples in a tree of three levels.
@@ -162,9 +168,13 @@ impl SampleSearch {
             ..Self::default()
         };
         for indices in order.chunks(LANES) {
-            let index = std::array::from_fn(|lane| indices[lane.min(indices.len() - 1)]);
-            let of = |k: usize| index.map(|index| coordinates[index as usize][k]);
-            let columns = std::array::from_fn(of);
+            let mut index = [u32::MAX; LANES];
+            index[..indices.len()].copy_from_slice(indices);
+            let coordinate = |index: u32, k: usize| {
+                let of = coordinates.get(index as usize);
+                of.map_or(f32::NAN, |of| of[k])
+            };
+            let columns = std::array::from_fn(|k| index.map(|index| coordinate(index, k)));
             search.blocks.push(Block { columns, index });
         }
         for blocks in search.blocks.chunks(LANES) {
@@ -195,8 +205,17 @@ impl SampleSearch {
         };
         let mut nearest = [Nearest::NONE; N];
         search(LaneSet::best(), self, &query, &mut nearest);
-        let found = nearest.into_iter().map(|nearest| nearest.index);
-        found.take_while(|index| *index != usize::MAX)
+        let found = nearest.into_iter().map(Nearest::index);
+        let found = found.take_while(|index| *index != u32::MAX);
+        found.map(|index| index as usize)
+    }
+
+    /// Compares all samples with the nearest ones.
+    #[inline(always)]
+    fn compare(&self, query: &Query, nearest: &mut [Nearest]) {
+        for root in 0..self.roots.len() {
+            self.search_root(root, query, nearest);
+        }
     }
 
     /// Compares the samples below a root with the nearest ones.
@@ -270,8 +289,7 @@ impl Block {
         while left != 0 {
             let lane = left.trailing_zeros() as usize % LANES;
             left &= left - 1;
-            let (cost, index) = (cost[lane], self.index[lane] as usize);
-            Nearest { cost, index }.insert(nearest);
+            Nearest::new(cost[lane], self.index[lane]).insert(nearest);
         }
     }
 }
@@ -280,8 +298,10 @@ kernel! {
     /// Compares all samples with the nearest ones. No fused products: all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
     fn search<L>(tree: &SampleSearch, query: &Query, nearest: &mut [Nearest]) {
-        for root in 0..tree.roots.len() {
-            tree.search_root(root, query, nearest);
+        // A function of its own for the usual number: its lists stay in registers.
+        match nearest.len() {
+            USUAL => tree.compare(query, &mut nearest[..USUAL]),
+            _ => tree.compare(query, nearest),
         }
     }
 }
