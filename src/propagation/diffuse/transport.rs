@@ -400,6 +400,17 @@ impl FieldRenewal {
         self.field.remoteness(point)
     }
 
+    /// Whether the samples are those of `field`, and see the same patches: in the same scene, all that is traced from them would be its own.
+    /// It then takes over where samples are closest.
+    pub(crate) fn has_samples_of(&self, field: &mut SceneField) -> bool {
+        let (samples, own) = (&self.field.samples, &mut field.samples);
+        let are_same = samples.all == own.all;
+        if are_same {
+            own.focus.clone_from(&samples.focus);
+        }
+        are_same
+    }
+
     /// Traces some more samples; returns the field after all of them. Adds the rays cast to `rays`.
     pub fn step(&mut self, scene: &Scene, rays: &mut u64) -> Option<SceneField> {
         let all = self.field.samples.all.len();
@@ -483,7 +494,7 @@ kernel! {
 mod tests {
     use std::sync::Arc;
 
-    use glam::DVec3;
+    use glam::{DAffine3, DVec3};
 
     use super::*;
     use crate::propagation::rays::directions::{mix, unit};
@@ -519,6 +530,28 @@ mod tests {
         assert!(affordable(200.0) >= 512);
         assert!(affordable(35_000.0) < 32);
         assert_eq!(affordable(1e9), 1);
+    }
+
+    /// A hollow block in a room: only an occupant of the block asks for other samples than those of the room.
+    #[test]
+    fn a_field_for_occupants_behind_all_walls_has_the_same_samples() {
+        let mut mesh = procedural::shoebox(Vec3::new(12.0, 6.0, 9.0), "concrete");
+        let block = procedural::shoebox(Vec3::splat(2.0), "concrete");
+        let inside = DAffine3::from_translation(DVec3::splat(2.0));
+        mesh.append(&block, &inside).unwrap();
+        let table = MaterialTable::built_in();
+        let scene = Scene::commit(&mesh, &table, &SceneSettings::default()).unwrap();
+        let local = |at: Vec3| scene.to_local(at).as_vec3();
+        let listener = local(Vec3::new(8.0, 2.0, 5.0));
+        let mut field = SceneField::new(&scene, 256, &[listener], &mut 0);
+        assert!(field.leaves_out());
+        let mut is_known = |source: Vec3| {
+            let occupants = [listener, local(source)];
+            FieldRenewal::new(&scene, 256, &occupants, &field, false, &mut 0)
+                .has_samples_of(&mut field)
+        };
+        assert!(is_known(Vec3::new(14.0, 2.0, 5.0)));
+        assert!(!is_known(Vec3::splat(3.0)));
     }
 
     /// Triangles that pass through each other, as the scene and as a part that is joined with a scene.

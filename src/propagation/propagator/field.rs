@@ -62,6 +62,10 @@ impl Propagator {
             let is_urgent = remoteness > URGENT;
             let renewal =
                 FieldRenewal::new(scene, count, &occupants, &self.field, is_urgent, &mut rays);
+            // An occupant outside of all that has samples, behind the walls of a hall, is not covered by another field.
+            if !is_stale && renewal.has_samples_of(&mut self.field) {
+                return rays;
+            }
             self.renewal = Some((renewal, scene_state));
             return rays;
         } else if is_at_rest && is_stale && !scene.has_joined_instances() {
