@@ -22,6 +22,9 @@ pub struct Sequence {
 /// merged surfaces.
 pub(crate) const COMMUTING_COSINE: f64 = 1e-4;
 
+/// Half of the bits, at random: the hash of few surfaces has factors of full size.
+const HASH_SEED: u64 = 0x6a09_e667_f3bc_c908;
+
 /// Top two bits of an interaction's key.
 const REFLECTION: u64 = 0;
 const EDGE: u64 = 1;
@@ -133,12 +136,16 @@ impl Sequence {
         interaction_path_id(scene, source, surfaces.map(Interaction::Surface))
     }
 
-    /// 64-bit hash of the surface indices.
-    #[inline]
+    /// 64-bit hash of the surface indices: both halves of one product. Indices beyond the order are 0.
+    #[inline(always)]
     pub(crate) fn hash(&self) -> u64 {
-        let surfaces = self.surfaces().iter();
-        let hash = fold(self.order.into(), surfaces.map(|&surface| surface.into()));
-        hash ^ hash >> 29
+        const { assert!(MAX_ORDER == 4) };
+        let pair =
+            |at: usize| u64::from(self.surfaces[at]) | u64::from(self.surfaces[at + 1]) << 32;
+        let first = pair(0) ^ GOLDEN_RATIO_64;
+        let last = pair(2) ^ HASH_SEED ^ u64::from(self.order);
+        let product = u128::from(first) * u128::from(last);
+        product as u64 ^ (product >> 64) as u64
     }
 }
 
