@@ -22,7 +22,7 @@ pub struct Sequence {
 /// merged surfaces.
 pub(crate) const COMMUTING_COSINE: f64 = 1e-4;
 
-/// Half of the bits, at random: the hash of few surfaces has factors of full size.
+/// Seed of hashes, half of its bits set: a short sequence's hash has two factors of full size.
 const HASH_SEED: u64 = 0x6a09_e667_f3bc_c908;
 
 /// Top two bits of an interaction's key.
@@ -178,7 +178,7 @@ pub fn interaction_path_id(
             CURVED << 62 | curved.map_or(0, |curved| curved.key) >> 2
         }
     };
-    let seed = u64::from(source.bits()) ^ 0x6a09_e667_f3bc_c908;
+    let seed = u64::from(source.bits()) ^ HASH_SEED;
     let hash = fold(seed, interactions.map(key));
     PathId(hash ^ hash >> 32)
 }
