@@ -10,7 +10,7 @@ use glam::Vec3;
 use crate::acoustics::BANDS;
 use crate::extrapolation::frame::FramePath;
 use crate::extrapolation::geometric::JUMP_M;
-use crate::extrapolation::line_extrapolation::{ExtrapolationReach, FrameTime, PathLine};
+use crate::extrapolation::line_extrapolation::{ExtrapolationReach, FrameTime, PathEnds, PathLine};
 use crate::propagation::diffraction::{DirectField, MAX_DIRECT_EDGES, boundary_sides};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::transmission::{is_blocked, unoccluded_path};
@@ -87,8 +87,9 @@ impl DirectLines {
             return None;
         }
         let first = paths.len();
+        let ends = PathEnds::of(endpoints, scene);
         for line in own.lines.iter().flatten() {
-            let Some(mut path) = line.ahead(self.now, reach) else {
+            let Some(mut path) = line.ahead((self.now, ends), reach) else {
                 paths.truncate(first);
                 return None;
             };
@@ -141,10 +142,11 @@ impl DirectLines {
         });
         (own.endpoints, own.used) = (*endpoints, frame);
         (own.field, own.sides) = (*field, sides);
+        let ends = PathEnds::of(endpoints, scene);
         for (n, line) in own.lines.iter_mut().enumerate() {
             *line = paths.get(n).map(|path| {
                 let before = self.before.iter().find(|line| line.id() == path.id);
-                PathLine::through((path, 0), now, before, every)
+                PathLine::through((path, 0), (now, ends), before, every)
             });
         }
     }

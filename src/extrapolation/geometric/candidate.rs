@@ -5,7 +5,7 @@ use crate::extrapolation::frame::{FramePath, energy};
 use crate::extrapolation::geometric::FrameInputs;
 use crate::extrapolation::geometric::frame_geometry::{FrameGeometry, GeometryArena};
 use crate::extrapolation::geometric::source_poses::{FrameSource, FrameSources};
-use crate::extrapolation::line_extrapolation::{FrameTime, PathLine};
+use crate::extrapolation::line_extrapolation::{FrameTime, PathEnds, PathLine};
 use crate::propagation::amplitude::{apply_directivity, reflected};
 use crate::propagation::curved_reflection::CurvedSequence;
 use crate::propagation::diffraction::{DiffractionSequence, reflection_gain};
@@ -193,7 +193,7 @@ impl Candidate {
         &self,
         (path, sides): (Option<&FramePath>, u32),
         before: Option<&PathLine>,
-        (now, every): (FrameTime, u32),
+        (now, every): ((FrameTime, PathEnds), u32),
     ) -> Option<PathLine> {
         // A path of unknown geometry jumps between updates.
         let path = path.filter(|_| !matches!(self.geometry, PathGeometry::Unknown));

@@ -28,7 +28,7 @@ use glam::Vec3;
 
 use crate::extrapolation::frame::FramePath;
 use crate::extrapolation::frame_effort::FrameEffort;
-use crate::extrapolation::line_extrapolation::{ExtrapolationReach, FrameTime};
+use crate::extrapolation::line_extrapolation::{ExtrapolationReach, FrameTime, PathEnds};
 use crate::extrapolation::scene_pair::has_moved;
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
 use crate::propagation::diffraction::{
@@ -302,12 +302,11 @@ impl GeometricPredictor {
         budget: &mut WorkBudget,
         paths: &mut Vec<FramePath>,
     ) -> Step {
-        let time_s = inputs.time_s;
-        let now = FrameTime {
+        let time = FrameTime {
             frame: self.frame,
-            time_s,
+            time_s: inputs.time_s,
         };
-        let turn = (now, self.exact_every());
+        let every = self.exact_every();
         let set = &mut self.set;
         let each = set.candidates.iter().zip(&mut set.lines);
         let each = each.zip(&mut set.states).zip(&self.geometries);
@@ -330,17 +329,16 @@ impl GeometricPredictor {
             let Some(source) = self.sources.get(id) else {
                 continue;
             };
+            let now = (time, PathEnds::of(&source.endpoints, inputs.scene));
             let path = if geometry.is_extrapolated() {
                 let line = line.as_ref();
                 line.and_then(|line| line.ahead(now, source.reach))
             } else {
                 let amplitude = match (geometry, line.as_ref()) {
-                    (FrameGeometry::Image(_), Some(line)) => {
-                        let every = turn.1.into();
-                        line.ahead(now, source.reach)
-                            .filter(|_| line.spans(now.frame, every, source.reach))
-                            .map(|path| path.amplitude)
-                    }
+                    (FrameGeometry::Image(_), Some(line)) => line
+                        .ahead(now, source.reach)
+                        .filter(|_| line.spans(time.frame, every.into(), source.reach))
+                        .map(|path| path.amplitude),
                     _ => None,
                 };
                 budget.spend(match amplitude {
@@ -349,9 +347,9 @@ impl GeometricPredictor {
                 });
                 let own = (&self.arena, amplitude);
                 let path = candidate.frame_path(geometry, inputs, source, own);
-                if turn.1 > 1 && amplitude.is_none() {
+                if every > 1 && amplitude.is_none() {
                     let sides = self.arena.sides(geometry, inputs.scene);
-                    *line = candidate.line((path.as_ref(), sides), line.as_ref(), turn);
+                    *line = candidate.line((path.as_ref(), sides), line.as_ref(), (now, every));
                 }
                 path
             };
