@@ -147,6 +147,11 @@ impl Candidate {
         matches!(self.geometry, PathGeometry::Reflection(_))
     }
 
+    /// Whether it is diffracted.
+    pub(crate) fn is_diffracted(&self) -> bool {
+        matches!(self.geometry, PathGeometry::Diffraction(_))
+    }
+
     /// How a visible candidate with this line is extrapolated in a graphics frame; `None` if the frame must evaluate it.
     #[inline]
     pub(crate) fn extrapolated(

@@ -291,8 +291,11 @@ impl Merge<'_> {
     /// Merges a nearby path: kept until the next update, or as long as a candidate that was valid before.
     fn merge_nearby(&mut self, path: &Path, recipe: Option<&PathRecipe>, old: Option<Old<'_>>) {
         let updates = self.updates;
-        let pushed = match old.filter(|old| self.is_retained(old.candidate)) {
-            Some(old) => self.merge_absent(old),
+        // What rays have found since the update's date stays, also of diffracted paths, which no ray retains.
+        let is_kept =
+            |old: &Old<'_>| old.candidate.is_diffracted() || self.is_retained(old.candidate);
+        let pushed = match old.filter(is_kept) {
+            Some(old) => self.merge_blocked(old),
             None => {
                 let own = || PathRecipe::nearby(path, self.inputs.update_scene);
                 let recipe = recipe.copied().unwrap_or_else(own);
@@ -334,6 +337,16 @@ impl Merge<'_> {
         if !self.is_retained(candidate) {
             return None;
         }
+        self.merge_blocked(old)
+    }
+
+    /// Merges a candidate that is kept and not valid in the update.
+    fn merge_blocked(&mut self, old: Old<'_>) -> Option<(&mut Candidate, &mut VisibilityState)> {
+        let Old {
+            candidate,
+            state,
+            line,
+        } = old;
         let epoch = self.progress.epoch;
         let (candidate, state) = self.next.push(candidate, state, line)?;
         state.in_update = false;
