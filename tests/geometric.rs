@@ -175,6 +175,23 @@ fn a_sudden_turn_is_followed() {
     assert!(figure > 25.0, "{figure} dB");
 }
 
+#[test]
+fn a_walk_through_a_wall_is_followed() {
+    let doorway_layout = procedural::doorway();
+    let sources: Vec<_> = (0..2)
+        .map(|i| source(i, doorway_layout.sources[usize::from(i)].1))
+        .collect();
+    // Through the jamb, where the benchmark's walk leaves the door.
+    let walk = |time_s: f64| {
+        let walk = &doorway_layout.walk;
+        let [from, to] = [walk.from, walk.to];
+        from + (to - from).normalize() * (5.2 + 1.4 * time_s as f32)
+    };
+    let figure = paths_snr_db(&doorway(), &sources, 75, walk);
+    // Paths that begin and end some frames late have 15.5 dB.
+    assert!(figure > 22.0, "{figure} dB");
+}
+
 /// Runs `best` by hand through the doorway; `each` sees every frame's paths and the number of rays it took.
 fn walk_by_hand(settings: GeometricSettings, mut each: impl FnMut(&FramePaths, u64, &Scene, Vec3)) {
     let layout = procedural::doorway();

@@ -31,6 +31,8 @@ use crate::extrapolation::frame_effort::FrameEffort;
 use crate::extrapolation::line_extrapolation::{ExtrapolationReach, FrameTime, PathEnds};
 use crate::extrapolation::scene_pair::has_moved;
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
+use crate::geometry::Ray;
+use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::diffraction::{
     DiffractionSequence, MAX_REFLECTED_EDGE_PATHS, MAX_TWO_EDGE_PATHS,
 };
@@ -105,6 +107,9 @@ pub(crate) struct GeometricPredictor {
     effort: FrameEffort,
     /// Whether instances have moved since the newest update.
     has_moved: bool,
+    /// Whether earlier frames tell nothing of this one's paths: listener or sources were put elsewhere, or the listener has passed
+    /// through a surface, where all that one hears changes at once.
+    is_elsewhere: bool,
     set: CandidateSet,
     history: ListenerHistory,
     scheduler: VisibilityScheduler,
@@ -127,6 +132,7 @@ impl GeometricPredictor {
             next_effort: FrameEffort::WHOLE,
             effort: FrameEffort::WHOLE,
             has_moved: false,
+            is_elsewhere: false,
             set: CandidateSet::default(),
             history: ListenerHistory::default(),
             scheduler: VisibilityScheduler::default(),
@@ -178,7 +184,8 @@ impl GeometricPredictor {
     ) -> Progress {
         let mut progress = Progress::default();
         if self.step == Step::Begin && !budget.is_spent() {
-            self.begin(arrived, inputs);
+            progress.rays = self.begin(arrived, inputs);
+            budget.spend(cost::RAY * progress.rays as usize);
             self.step = Step::MergeUpdate;
         }
         if self.step == Step::MergeUpdate
@@ -194,6 +201,7 @@ impl GeometricPredictor {
                 let count = inputs.sources.len();
                 let rays = self.effort.rays(self.settings.rays(count));
                 let states = &self.set.states;
+                let rays = (rays, self.is_elsewhere);
                 self.scheduler
                     .begin(rays, self.frame, states, &self.geometries);
                 budget.spend(states.len() / cost::QUEUED);
@@ -208,7 +216,7 @@ impl GeometricPredictor {
                 (inputs, &self.sources),
                 budget,
             );
-            progress.rays = rays;
+            progress.rays += rays;
             if is_done {
                 self.diffracted.clear();
                 self.single_reflections.clear();
@@ -231,19 +239,24 @@ impl GeometricPredictor {
         self.step = Step::Begin;
     }
 
-    /// Begins a graphics frame, and the merge of a new update.
-    fn begin(&mut self, arrived: Option<(&PathSet, &PreparedUpdate)>, inputs: &FrameInputs<'_>) {
+    /// Begins a graphics frame, and the merge of a new update; returns the number of rays cast.
+    fn begin(
+        &mut self,
+        arrived: Option<(&PathSet, &PreparedUpdate)>,
+        inputs: &FrameInputs<'_>,
+    ) -> u64 {
         self.effort = self.next_effort;
         self.has_moved = has_moved(inputs.scene, inputs.update_scene);
         let listener = inputs.listener.position;
         let is_far = |a: Vec3, b: Vec3| a.distance_squared(b) > JUMP_M * JUMP_M;
-        let listener_jumped = self
-            .history
-            .last()
-            .is_some_and(|last| is_far(last, listener));
+        let mut rays = 0;
+        let listener_jumped = self.history.last().is_some_and(|last| {
+            is_far(last, listener) || passes_surface(inputs.scene, [last, listener], &mut rays)
+        });
         self.history.push(listener);
         let source_jumped = self.sources.update(inputs, self.next_reach(), is_far);
-        if listener_jumped || source_jumped {
+        self.is_elsewhere = listener_jumped || source_jumped;
+        if self.is_elsewhere {
             let sources = &self.sources;
             self.set.forget_past(self.frame, |source| {
                 listener_jumped || sources.get(source).is_some_and(|source| source.has_jumped)
@@ -255,6 +268,7 @@ impl GeometricPredictor {
             epoch.is_reached &= !self.has_moved;
             self.set.begin_update(self.frame, epoch);
         }
+        rays
     }
 
     /// Evaluates or extrapolates the visible candidates; the visibility tests evaluate blocked ones.
@@ -406,6 +420,16 @@ impl GeometricPredictor {
             paths.extend(same.iter().take(most).map(|(_, path)| *path));
         }
     }
+}
+
+/// Whether a listener who moves from one position to the other passes through a surface.
+fn passes_surface(scene: &Scene, [from, to]: [Vec3; 2], rays: &mut u64) -> bool {
+    if from == to {
+        return false;
+    }
+    *rays += 1;
+    let [from, to] = [from, to].map(|position| scene.to_local(position).as_vec3());
+    scene.any_hit(&Ray::between(from, to), [NO_GROUP; 2])
 }
 
 /// Cost of the amplitude of a candidate that was evaluated in this frame.
