@@ -24,10 +24,10 @@ use crate::scene::{SourceId, SourcePose};
 const MIN_MOTION_M: f32 = 1e-3;
 
 /// Most estimates used: the nearest ones visible to the listener.
-const MAX_VISIBLE: usize = 8;
+const MAX_VISIBLE: usize = 24;
 
 /// Most visibility tests.
-const MAX_TESTS: usize = 12;
+const MAX_TESTS: usize = 30;
 
 /// Most estimates considered, over all updates.
 const MAX_ESTIMATES: usize = 96;
@@ -252,7 +252,9 @@ fn weighted_mean<'a>(
     let square = |each: &Estimate<'_>| distance_squared(each.at, here);
     let nearest = estimates.clone().map(|each| square(&each));
     let nearest = nearest.fold(f32::INFINITY, f32::min);
-    let reach = nearest.max(REACH_M * REACH_M);
+    // Far from all of them the nearest is no better than the others.
+    let least = REACH_M * REACH_M;
+    let reach = least + nearest * nearest / least;
     let mut weights = 0.0;
     let mut mean = [[[0.0; BANDS]; LATE_SEGMENTS]; LATE_GROUPS];
     for each in estimates {
