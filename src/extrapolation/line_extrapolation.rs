@@ -3,7 +3,8 @@
 //! Audio side; arithmetic. Own. Within a few graphics frames the delay, direction and amplitude of a path are nearly linear
 //! in time: if a listener walks past an image source at five metres, the path length deviates from its tangent by 0.2 mm in
 //! two frames at 60 Hz. With [`crate::extrapolation::GeometricSettings::exact_every`] above 1 a path is
-//! evaluated in some frames and extrapolated linearly from its last two evaluations in the others.
+//! evaluated in some frames and extrapolated linearly from its last two evaluations in the others. Its delay also follows what
+//! source and listener have moved otherwise than between those: at a sudden turn it changes at once.
 
 use glam::Vec3;
 
