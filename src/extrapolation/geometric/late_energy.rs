@@ -376,4 +376,26 @@ mod tests {
         let silent = extrapolated(&group(0.0), &group(1.2)).decay_time_s[0];
         assert_eq!(silent, 0.0);
     }
+
+    #[test]
+    fn near_estimates_decide_and_far_ones_are_averaged() {
+        let late = |level| LateEnergy {
+            energy: [[[level; BANDS]; LATE_SEGMENTS]; LATE_GROUPS],
+            mean_free_time_s: 0.01,
+            ..LateEnergy::silent(SourceId::default())
+        };
+        let (quiet, loud) = (late(1.0), late(3.0));
+        let mean = |nearest_m: f32, other_m: f32| {
+            let at = |x, late| Estimate {
+                at: [Vec3::X * x, Vec3::ZERO],
+                late,
+            };
+            let each = [at(nearest_m, &quiet), at(-other_m, &loud)];
+            let found = weighted_mean(each.into_iter(), [Vec3::ZERO; 2]);
+            found.expect("an estimate")[0][0][0]
+        };
+        // Weights relative to the nearest estimate: 1.5e-4 at 1 m, 0.99 at 6 m.
+        assert!(mean(0.05, 1.0) < 1.001);
+        assert!((mean(5.0, 6.0) - 2.0).abs() < 0.1);
+    }
 }
