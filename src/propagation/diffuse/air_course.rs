@@ -4,8 +4,7 @@
 //! pair of them. What a source sends has the same course after fifty mean free times, unless it is still passing from room to room.
 
 use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::diffuse::envelope::STEPS;
-use crate::propagation::diffuse::fit_spans::{LONG_SPANS, SPAN_ENDS};
+use crate::propagation::diffuse::fit_spans::{LONG_SPANS, SPAN_ENDS, STEPS};
 
 /// Time steps of the course.
 pub(crate) const LONG_STEPS: usize = 240;

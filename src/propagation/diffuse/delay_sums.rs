@@ -4,14 +4,13 @@
 //! and arrives at many patches alike: with the same ends for all, it would come in bursts with gaps between them. So ends
 //! differ from one pair of patches to the next.
 
+use std::ops::Range;
+
 use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::diffuse::air_course::{LONG_STEPS, LateBins, add_to_bin};
-use crate::propagation::diffuse::decay_fit::sum_of;
-use crate::propagation::diffuse::envelope::STEPS;
-use crate::propagation::diffuse::transport::Transport;
+use crate::propagation::diffuse::air_course::LONG_STEPS;
+use crate::propagation::diffuse::fit_spans::STEPS;
 use crate::propagation::rays::directions::{mix, unit};
-use crate::simd::{LaneSet, kernel};
 
 /// Ends of the spans in time steps before they are varied; the last span has none.
 const SPAN_ENDS: [f32; SPANS - 1] = [
@@ -149,42 +148,13 @@ impl DelaySums {
         spread(&of_spans)
     }
 
-    /// Energy that begins in the air and leaves all patches in each of [`LONG_STEPS`], and each patch in each late bin.
-    pub(crate) fn course_of_air(
-        &self,
-        transports: &[Transport],
-    ) -> (Vec<BandArray>, Vec<LateBins>) {
-        let patches = self.patches;
-        let mut leaving = vec![[0.0; BANDS]; LONG_STEPS * patches];
-        let mut radiated = leaving.clone();
-        for (index, sum) in self.of_air.iter().enumerate() {
-            let Some(delay) = sum.delay() else { continue };
-            let (span, to) = (index / patches, index % patches);
-            let (middle, half) = (delay.round() as usize, half_width(span));
-            let share = 1.0 / (2 * half + 1) as f32;
-            for step in middle.saturating_sub(half)..LONG_STEPS.min(middle + half + 1) {
-                for b in 0..BANDS {
-                    leaving[step * patches + to][b] += share * sum.leaving[b];
-                    radiated[step * patches + to][b] += share * sum.scattered[b];
-                }
-            }
-        }
-        pass_on(
-            LaneSet::best(),
-            transports,
-            patches,
-            &mut leaving,
-            &mut radiated,
-        );
-        let mut late = vec![LateBins::default(); patches];
-        let of_steps = leaving.chunks_exact(patches).enumerate();
-        let total = of_steps.map(|(step, leaving)| {
-            for (bins, energy) in late.iter_mut().zip(leaving) {
-                add_to_bin(bins, step, energy);
-            }
-            sum_of(leaving)
-        });
-        (total.collect(), late)
+    /// Time steps over which energy that begins in the air arrives evenly, the patch, and the energy.
+    pub(crate) fn spread_of_air(&self) -> impl Iterator<Item = (Range<usize>, usize, &DelaySum)> {
+        self.of_air.iter().enumerate().filter_map(|(index, sum)| {
+            let (span, to) = (index / self.patches, index % self.patches);
+            let (middle, half) = (sum.delay()?.round() as usize, half_width(span));
+            Some((middle.saturating_sub(half)..middle + half + 1, to, sum))
+        })
     }
 
     /// Spans, time steps and patches at which energy that begins in the air arrives, and its sums.
@@ -195,32 +165,6 @@ impl DelaySums {
             Some((index / self.patches, first, index % self.patches, sum))
         });
         arrivals.filter(|(_, first, ..)| *first < BEYOND)
-    }
-}
-
-kernel! {
-    /// Adds what leaves patches, and what they radiate, of what was radiated before: `[step × patches + patch]`. No fused products: all
-    /// machines give the same bits.
-    fn pass_on<L>(
-        transports: &[Transport],
-        patches: usize,
-        leaving: &mut [BandArray],
-        radiated: &mut [BandArray],
-    ) {
-        for step in 0..leaving.len() / patches {
-            for transport in transports {
-                let to = (step + usize::from(transport.delay)) * patches;
-                if to >= leaving.len() {
-                    continue;
-                }
-                let to = to + usize::from(transport.to);
-                let from = L::load(&radiated[step * patches + usize::from(transport.from)]);
-                let sum = L::load(&leaving[to]).add(L::load(&transport.leaving).mul(from));
-                sum.store(&mut leaving[to]);
-                let sum = L::load(&radiated[to]).add(L::load(&transport.scattered).mul(from));
-                sum.store(&mut radiated[to]);
-            }
-        }
     }
 }
 

@@ -16,14 +16,11 @@
 use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::air_course::AirCourse;
-use crate::propagation::diffuse::fit_spans::{LONG_SPANS, SPAN_ENDS, SPAN_OF_STEP, SPANS};
+use crate::propagation::diffuse::fit_spans::{LONG_SPANS, SPAN_ENDS, SPAN_OF_STEP, SPANS, STEPS};
 use crate::propagation::diffuse::steady_tail::{HALF, steady};
 use crate::propagation::late_group::{LATE_GROUPS, LateGroup};
 use crate::propagation::path::{LATE_SEGMENTS, LateEnergy};
 use crate::simd::{LaneSet, Lanes, kernel};
-
-/// Time steps of a response.
-pub(crate) const STEPS: usize = SPAN_ENDS[SPANS - 1];
 
 /// 60 dB in nepers of energy.
 pub(crate) const NEPERS_OF_60_DB: f64 = 6.0 * std::f64::consts::LN_10;
@@ -252,6 +249,7 @@ impl ArrivalHistogram {
         fit(
             LaneSet::best(),
             &energy[..spans],
+            known,
             &mut weights,
             columns,
             &mut fitted,
@@ -341,10 +339,11 @@ fn steps_of(span: usize) -> f32 {
 
 kernel! {
     /// Non-negative least squares of relative errors times `weights`, which become those of absolute errors; the result is scaled to
-    /// the whole energy. No fused products: all machines give the same bits.
+    /// the energy of the first `known` spans. No fused products: all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
     fn fit<L>(
         energy: &[BandArray],
+        known: usize,
         weights: &mut [BandArray; LONG_SPANS],
         decays: &DecayColumns,
         fitted: &mut [BandArray; COLUMNS],
@@ -378,7 +377,7 @@ kernel! {
             false => multiply::<L, { COLUMNS - 1 }>(weighted, decays, fitted),
         }
         let (mut model, mut total) = ([0.0f32; BANDS], [0.0f32; BANDS]);
-        for (span, energy) in energy.iter().enumerate() {
+        for (span, energy) in energy.iter().enumerate().take(known) {
             for b in 0..BANDS {
                 total[b] += energy[b];
                 for p in 0..COLUMNS {

@@ -10,9 +10,12 @@ pub(crate) const SPAN_ENDS: [usize; LONG_SPANS] = [
     1, 2, 3, 4, 6, 8, 11, 15, 20, 26, 33, 41, 50, 60, 70, 80, 104, 136, 178, 232,
 ];
 
+/// Time steps of a response.
+pub(crate) const STEPS: usize = SPAN_ENDS[SPANS - 1];
+
 /// The span of each time step in which a source's energy is known.
-pub(crate) const SPAN_OF_STEP: [u8; SPAN_ENDS[SPANS - 1]] = {
-    let (mut spans, mut step) = ([0; SPAN_ENDS[SPANS - 1]], 0);
+pub(crate) const SPAN_OF_STEP: [u8; STEPS] = {
+    let (mut spans, mut step) = ([0; STEPS], 0);
     while step < spans.len() {
         while step >= SPAN_ENDS[spans[step] as usize] {
             spans[step] += 1;

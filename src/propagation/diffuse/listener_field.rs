@@ -13,7 +13,7 @@ use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::diffuse::air_course::{AirCourse, LateBins, add_bins};
 use crate::propagation::diffuse::delayed::add_delayed;
-use crate::propagation::diffuse::envelope::STEPS;
+use crate::propagation::diffuse::fit_spans::STEPS;
 use crate::propagation::diffuse::late_directions::{MOMENTS, Moments, moments};
 use crate::propagation::diffuse::lifted_kernel::lifted_kernel;
 use crate::propagation::diffuse::packed_energy::PackedBands;

@@ -36,6 +36,7 @@ pub mod listener_field;
 pub mod next_event;
 mod packed_energy;
 mod packed_sequences;
+mod patch_exchange;
 mod patches;
 mod ray_statistics;
 mod sample_points;

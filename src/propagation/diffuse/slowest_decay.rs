@@ -9,7 +9,7 @@ use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::decay_fit::FITTED_FROM_DB;
 use crate::propagation::diffuse::delay_sums::{DelaySums, SPANS};
-use crate::propagation::diffuse::envelope::STEPS;
+use crate::propagation::diffuse::fit_spans::STEPS;
 
 /// Newton's steps to the rate: a rate of 20 dB in the responses is found within a thousandth.
 const NEWTON_STEPS: usize = 6;

@@ -18,14 +18,16 @@ use crate::propagation::diffuse::air_course::LateBins;
 use crate::propagation::diffuse::decay_fit::{
     CommonDecays, FITTED_FROM_DB, FirstLegs, PatchDecays, fall_db, sum_of,
 };
-use crate::propagation::diffuse::delay_sums::{Arrival, DelaySums, LONGEST, SPANS};
-use crate::propagation::diffuse::envelope::{NEPERS_OF_60_DB, STEPS};
+use crate::propagation::diffuse::delay_sums::{Arrival, DelaySums, LONGEST};
+use crate::propagation::diffuse::envelope::NEPERS_OF_60_DB;
+use crate::propagation::diffuse::fit_spans::STEPS;
 use crate::propagation::diffuse::packed_energy::{PackedBands, pack};
+use crate::propagation::diffuse::patch_exchange::{collect, course_of_air, respond};
 use crate::propagation::diffuse::slowest_decay::slowest_decay;
 use crate::propagation::diffuse::specular_legs::SpecularLegs;
 use crate::propagation::diffuse::surface_samples::{NO_PATCH, SurfaceSamples, facing, probe_ray};
 use crate::scene::Scene;
-use crate::simd::{LaneSet, kernel};
+use crate::simd::LaneSet;
 
 /// Rays of a sample.
 const RAYS_PER_SAMPLE: usize = 16;
@@ -51,12 +53,8 @@ pub(crate) const DIRECTION_SPANS: [Range<usize>; 4] = [0..6, 6..16, 16..36, 36..
 /// Most specular reflections of a ray; what is left is then radiated by the last patch.
 const MAX_ORDER: usize = 150;
 
-/// Share of a ray's energy below which it ends in the same way: −40 dB. What then radiates decays fast: with −30 dB the slow decay of an
-/// office with an absorbing ceiling, which lasts as its rays fly level, was 10 % too fast.
-const MIN_SHARE: f32 = 1e-4;
-
-/// Share of a patch's radiated energy below which a transport is left out.
-const NEGLIGIBLE: f32 = 1e-7;
+/// Share of a ray's energy below which it ends in the same way: −35 dB. What is radiated then decays faster than what flies on.
+const MIN_SHARE: f32 = 3e-4;
 
 /// Fastest decay of the field that specular legs are weighed for, in nepers of energy per time step: 87 dB in the responses. Energies of
 /// [`LONGEST`] ago stay finite.
@@ -64,18 +62,6 @@ const FASTEST: f32 = 0.25;
 
 /// Range of time steps in seconds.
 const STEP_RANGE_S: (f32, f32) = (0.001, 0.05);
-
-/// Energy that one patch sends to another within a span of delays.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Transport {
-    pub(crate) from: u16,
-    pub(crate) to: u16,
-    /// In time steps, at least 1.
-    pub(crate) delay: u16,
-    /// Energy that leaves the other patch, and the scattered part of it.
-    pub(crate) leaving: BandArray,
-    pub(crate) scattered: BandArray,
-}
 
 /// The late field of a scene.
 #[derive(Debug, Clone, Default)]
@@ -152,7 +138,7 @@ impl SceneField {
             return;
         }
         let transports = collect(sums, patches);
-        let (total, late) = sums.course_of_air(&transports);
+        let (total, late) = course_of_air(sums, &transports);
         self.of_air_late = late;
         let mut response = vec![[0.0; BANDS]; patches * STEPS];
         self.responses.clear();
@@ -431,65 +417,6 @@ fn affordable(crossed_boxes: f64) -> usize {
     ((MOST_BOXES / boxes_a_sample) as usize).max(1)
 }
 
-/// Transports of all spans by source.
-fn collect(sums: &DelaySums, patches: usize) -> Vec<Transport> {
-    let mut transports = Vec::new();
-    for from in 0..patches {
-        // Rounding errors of delays times weights are carried on: the mean delay is that of the sums, although no transport takes
-        // less than one step.
-        let mut rest = 0.0;
-        for span in 0..SPANS {
-            for (to, sum) in sums.of_span(from, span).iter().enumerate() {
-                let Some(delay) = sum.delay() else { continue };
-                if sum.leaving.iter().all(|energy| *energy < NEGLIGIBLE) {
-                    continue;
-                }
-                let carried = (rest / sum.weight).clamp(-1.0, 1.0);
-                let rounded = (delay + carried).round().max(1.0);
-                rest += sum.weight * (delay - rounded);
-                transports.push(Transport {
-                    from: from as u16,
-                    to: to as u16,
-                    delay: rounded as u16,
-                    leaving: sum.leaving,
-                    scattered: sum.scattered,
-                });
-            }
-        }
-    }
-    transports
-}
-
-kernel! {
-    /// Writes the energy that leaves patch `to` for a unit that each patch radiates: `[from × STEPS + step]`. No fused
-    /// products: all machines give the same bits.
-    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
-    fn respond<L>(transports: &[Transport], to: u16, response: &mut [BandArray]) {
-        for transport in transports.iter().filter(|transport| transport.to == to) {
-            let step = usize::from(transport.delay);
-            if step < STEPS {
-                let sum = &mut response[usize::from(transport.from) * STEPS + step];
-                for b in 0..BANDS {
-                    sum[b] += transport.leaving[b];
-                }
-            }
-        }
-        for step in 1..STEPS {
-            for transport in transports {
-                let delay = usize::from(transport.delay);
-                if delay >= step {
-                    continue;
-                }
-                let source = response[usize::from(transport.to) * STEPS + step - delay];
-                let sum = &mut response[usize::from(transport.from) * STEPS + step];
-                for b in 0..BANDS {
-                    sum[b] += transport.scattered[b] * source[b];
-                }
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
@@ -501,29 +428,6 @@ mod tests {
     use crate::scene::{
         InstanceId, InstancePose, MaterialTable, SceneSettings, TriangleMesh, procedural,
     };
-
-    /// Half of the energy arrives within less than a step. When errors were carried within a span alone, and none of delays below
-    /// one step, the mean delay was 1.5 steps instead of 1.25 and rooms decayed too slowly.
-    #[test]
-    fn rounding_keeps_the_mean_delay() {
-        let patches = 20;
-        let mut sums = DelaySums::new(patches);
-        for to in 0..patches {
-            for steps in [0.5, 2.0] {
-                let arrival = Arrival {
-                    from: 0,
-                    to,
-                    steps,
-                    in_air: 1.0,
-                };
-                sums.add(arrival, &[0.025; BANDS], &[0.025; BANDS]);
-            }
-        }
-        let transports = collect(&sums, patches);
-        let delays = transports.iter().map(|t| f32::from(t.delay));
-        let mean = delays.sum::<f32>() / transports.len() as f32;
-        assert!((mean - 1.25).abs() < 0.03, "{mean}");
-    }
 
     #[test]
     fn rays_among_slivers_are_fewer_and_those_of_rooms_are_not() {

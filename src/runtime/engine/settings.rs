@@ -18,7 +18,9 @@ pub const MAX_SOURCES: usize = 4096;
 /// Bytes of a path of an update.
 const PATH_BYTES: usize = 230;
 /// Further bytes of one whose candidates the geometric predictor keeps.
-const CANDIDATE_BYTES: usize = 4300;
+const CANDIDATE_BYTES: usize = 3950;
+/// Bytes of every engine, whatever it holds.
+const ENGINE_BYTES: usize = 2_300_000;
 /// Bytes of a source besides its slot.
 const SOURCE_BYTES: usize = 820;
 /// Bytes of a span in the rings of three threads.
@@ -175,6 +177,7 @@ impl EngineSettings {
             self.max_paths.saturating_mul(path_bytes),
             self.source_limit().saturating_mul(SOURCE_BYTES),
             self.trace_spans.saturating_mul(SPAN_BYTES),
+            ENGINE_BYTES,
         ]
         .into_iter()
         .fold(self.generation.memory_bytes(), usize::saturating_add)
