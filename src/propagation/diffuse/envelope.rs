@@ -9,9 +9,11 @@
 //! Decays of similar lengths can replace each other, and least squares alone gives all energy to one of them, another one for
 //! a little noise; each sounds through lines of its own. The fit therefore multiplies from a start in which all have a share,
 //! slow decays a larger one, and ends before it is exact (image space reconstruction, \[DAUBE86\]): the result is a smooth
-//! function of the arrivals. The end of the responses is early in rooms that are live in some directions only: there the arrivals go on
-//! with the course of energy that begins in the air, which counts as far as few rays carry the source's. The second group may be slower than the first, which has the slowest decay of the field: it starts with
+//! function of the arrivals. The second group may be slower than the first, which has the slowest decay of the field: it starts with
 //! little, since arrivals that fall by few decibels do not tell the two apart.
+//!
+//! In rooms that are live in some directions only, the decay goes on changing after the end of the responses. There the arrivals are
+//! continued with the course of energy that begins in the air (`AirCourse`), which counts as far as few rays carry the source's.
 
 use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};

@@ -209,3 +209,41 @@ fn the_energy_of_the_sends_is_that_of_the_estimate() {
         assert!((total - 2.0).abs() < 1e-4, "{total}");
     }
 }
+
+/// The air's energy decays slowly from the end of the responses on; the source's is alike until then. Carried by few rays, it goes on as
+/// the air's; certain, it goes on as it was.
+#[test]
+fn arrivals_of_few_rays_go_on_as_the_airs_energy() {
+    let step_s = 0.004f32;
+    let times = [2.4f32, 0.8, 0.2];
+    let rates = times.map(|time_s| [(NEPERS_OF_60_DB / f64::from(time_s)) as f32; BANDS]);
+    let groups = times.map(|time_s| LateGroup::isotropic([time_s; BANDS]));
+    let [slow, fast] = [rates[0][0], rates[1][0]].map(|rate| rate * step_s);
+    let level = |step: f32| {
+        let later = (step - STEPS as f32).max(0.0);
+        (-fast * (step - later) - slow * later).exp()
+    };
+    let bins = |bin: usize| {
+        let first = STEPS - 10 + 10 * bin;
+        [(first..first + 10).map(|step| level(step as f32)).sum(); BANDS]
+    };
+    let of_steps = std::array::from_fn(|step| [level(step as f32); BANDS]);
+    let mut air = AirCourse::default();
+    air.set(&of_steps, &std::array::from_fn(bins));
+    let columns = DecayColumns::new(&rates, step_s);
+    let off_db = |variance: f32| {
+        let mut histogram = ArrivalHistogram::new(step_s, 0.0);
+        for (step, energy) in of_steps.iter().enumerate() {
+            histogram.add_of_few(step as f32 * step_s, energy, variance);
+        }
+        let mut late = LateEnergy::silent(SourceId::default());
+        late.mean_free_time_s = STEPS_PER_FREE_TIME * step_s;
+        histogram.fit(&columns, &air, 1.0, &mut late);
+        let [from, to] = [130.0f32, 170.0].map(|step| f64::from((step - 0.5) * step_s));
+        let expected: f32 = (130..170).map(|step| level(step as f32)).sum();
+        10.0 * (energy_within(&late, &groups, from, to) / f64::from(expected)).log10()
+    };
+    let (few, many) = (off_db(100.0), off_db(0.0));
+    assert!(few.abs() < 3.0, "{few} dB");
+    assert!(many < few - 3.0, "{many} dB, {few} dB");
+}

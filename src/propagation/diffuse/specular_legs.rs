@@ -16,7 +16,7 @@ use crate::propagation::rays::directions::{mix, unit};
 const SPANS: usize = 12;
 const RATIO: f32 = 1.5;
 
-/// Times, and their length in time steps: until [`crate::propagation::diffuse::delay_sums::LONGEST`].
+/// Times, and their length in time steps: together the responses and somewhat more. Later legs are left out.
 const TIMES: usize = 16;
 const STEPS_PER_TIME: f32 = 6.0;
 
