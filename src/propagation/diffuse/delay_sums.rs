@@ -9,7 +9,6 @@ use std::ops::Range;
 use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::air_course::LONG_STEPS;
-use crate::propagation::diffuse::fit_spans::STEPS;
 use crate::propagation::rays::directions::{mix, unit};
 
 /// Ends of the spans in time steps before they are varied; the last span has none.
@@ -18,9 +17,6 @@ const SPAN_ENDS: [f32; SPANS - 1] = [
     108.0, 136.0, 172.0, 216.0,
 ];
 pub(crate) const SPANS: usize = 22;
-
-/// Time steps that delays are spread over: the responses and half of the longest span.
-const BEYOND: usize = STEPS + 24;
 
 /// Least factor of the varied ends, and their range: the ratio of two ends.
 const VARIED: (f32, f32) = (0.88, 0.25);
@@ -128,26 +124,6 @@ impl DelaySums {
         total
     }
 
-    /// Energy that begins in the air and leaves patch `to`, in each time step. `response` is that patch's to each patch, of [`STEPS`]
-    /// time steps.
-    pub(crate) fn leaving_of_air(&self, to: usize, response: &[BandArray]) -> [BandArray; STEPS] {
-        let mut of_spans = vec![[[0.0; BANDS]; BEYOND]; SPANS];
-        for (span, first, from, sum) in self.arrivals_of_air() {
-            if from == to {
-                for (total, leaving) in of_spans[span][first].iter_mut().zip(sum.leaving) {
-                    *total += leaving;
-                }
-            }
-            let response = &response[from * STEPS..][..STEPS];
-            for (total, response) in of_spans[span][first..].iter_mut().zip(response) {
-                for b in 0..BANDS {
-                    total[b] += sum.scattered[b] * response[b];
-                }
-            }
-        }
-        spread(&of_spans)
-    }
-
     /// Time steps over which energy that begins in the air arrives evenly, the patch, and the energy.
     pub(crate) fn spread_of_air(&self) -> impl Iterator<Item = (Range<usize>, usize, &DelaySum)> {
         self.of_air.iter().enumerate().filter_map(|(index, sum)| {
@@ -156,33 +132,6 @@ impl DelaySums {
             Some((middle.saturating_sub(half)..middle + half + 1, to, sum))
         })
     }
-
-    /// Spans, time steps and patches at which energy that begins in the air arrives, and its sums.
-    fn arrivals_of_air(&self) -> impl Iterator<Item = (usize, usize, usize, &DelaySum)> {
-        let sums = self.of_air.iter().enumerate();
-        let arrivals = sums.filter_map(|(index, sum)| {
-            let first = sum.delay()?.round() as usize;
-            Some((index / self.patches, first, index % self.patches, sum))
-        });
-        arrivals.filter(|(_, first, ..)| *first < BEYOND)
-    }
-}
-
-/// Energy in each time step: that of each span, spread over its length.
-fn spread(of_spans: &[[BandArray; BEYOND]]) -> [BandArray; STEPS] {
-    let mut total = [[0.0; BANDS]; STEPS];
-    for (span, of_span) in of_spans.iter().enumerate() {
-        let half = half_width(span);
-        let share = 1.0 / (2 * half + 1) as f32;
-        for (step, total) in total.iter_mut().enumerate() {
-            for of_span in &of_span[step.saturating_sub(half)..=step + half] {
-                for b in 0..BANDS {
-                    total[b] += share * of_span[b];
-                }
-            }
-        }
-    }
-    total
 }
 
 /// Half of the length of a span in time steps, rounded down; the last one is as long as that before.
@@ -204,6 +153,7 @@ fn span_of(steps: f32, number: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::propagation::diffuse::fit_spans::STEPS;
 
     /// Energy that arrives evenly over time at all patches has no bursts: what is in a tenth of the time is within 1.5 dB of
     /// what came. With the same ends for all it was none in some and four times as much in others.

@@ -7,6 +7,7 @@ use crate::propagation::diffuse::air_course::{LONG_STEPS, LateBins, add_to_bin};
 use crate::propagation::diffuse::decay_fit::sum_of;
 use crate::propagation::diffuse::delay_sums::{DelaySums, SPANS};
 use crate::propagation::diffuse::fit_spans::STEPS;
+use crate::propagation::diffuse::packed_energy::{PackedBands, pack};
 use crate::simd::{LaneSet, kernel};
 
 /// Share of a patch's radiated energy below which a transport is left out.
@@ -53,11 +54,19 @@ pub(crate) fn collect(sums: &DelaySums, patches: usize) -> Vec<Transport> {
     transports
 }
 
-/// Energy that begins in the air and leaves all patches in each of [`LONG_STEPS`], and each patch in each late bin.
-pub(crate) fn course_of_air(
-    sums: &DelaySums,
-    transports: &[Transport],
-) -> (Vec<BandArray>, Vec<LateBins>) {
+/// Energy that begins in the air, evenly and in all directions, and leaves patches.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct AirEnergy {
+    /// All patches, in each of [`LONG_STEPS`].
+    pub(crate) total: Vec<BandArray>,
+    /// Each patch, in each time step of the responses: `[patch × STEPS + step]`.
+    pub(crate) of_steps: Vec<PackedBands>,
+    /// Each patch, in each late bin.
+    pub(crate) late: Vec<LateBins>,
+}
+
+/// How energy that begins in the air passes from patch to patch.
+pub(crate) fn course_of_air(sums: &DelaySums, transports: &[Transport]) -> AirEnergy {
     let patches = sums.patches();
     let mut leaving = vec![[0.0; BANDS]; LONG_STEPS * patches];
     let mut radiated = leaving.clone();
@@ -77,15 +86,21 @@ pub(crate) fn course_of_air(
         &mut leaving,
         &mut radiated,
     );
-    let mut late = vec![LateBins::default(); patches];
-    let of_steps = leaving.chunks_exact(patches).enumerate();
-    let total = of_steps.map(|(step, leaving)| {
-        for (bins, energy) in late.iter_mut().zip(leaving) {
-            add_to_bin(bins, step, energy);
+    let mut course = AirEnergy {
+        total: leaving.chunks_exact(patches).map(sum_of).collect(),
+        of_steps: Vec::with_capacity(patches * STEPS),
+        late: vec![LateBins::default(); patches],
+    };
+    for (patch, late) in course.late.iter_mut().enumerate() {
+        let of_steps = leaving[patch..].iter().step_by(patches);
+        course
+            .of_steps
+            .extend(of_steps.clone().take(STEPS).map(pack));
+        for (step, energy) in of_steps.enumerate() {
+            add_to_bin(late, step, energy);
         }
-        sum_of(leaving)
-    });
-    (total.collect(), late)
+    }
+    course
 }
 
 kernel! {

@@ -22,7 +22,7 @@ use crate::propagation::diffuse::delay_sums::{Arrival, DelaySums, LONGEST};
 use crate::propagation::diffuse::envelope::NEPERS_OF_60_DB;
 use crate::propagation::diffuse::fit_spans::STEPS;
 use crate::propagation::diffuse::packed_energy::{PackedBands, pack};
-use crate::propagation::diffuse::patch_exchange::{collect, course_of_air, respond};
+use crate::propagation::diffuse::patch_exchange::{AirEnergy, collect, course_of_air, respond};
 use crate::propagation::diffuse::slowest_decay::slowest_decay;
 use crate::propagation::diffuse::specular_legs::SpecularLegs;
 use crate::propagation::diffuse::surface_samples::{NO_PATCH, SurfaceSamples, facing, probe_ray};
@@ -76,10 +76,7 @@ pub struct SceneField {
     responses: Vec<PackedBands>,
     /// Sums of a response over [`DIRECTION_SPANS`]: `[to × patches + from]`.
     spans: Vec<[BandArray; DIRECTION_SPANS.len()]>,
-    /// Energy that begins in the air, evenly and in all directions, and leaves each patch in a time step: `[to × STEPS + step]`.
-    of_air: Vec<PackedBands>,
-    /// The same later, of each patch.
-    of_air_late: Vec<LateBins>,
+    of_air: AirEnergy,
     /// Counts calls of [`Self::renew`].
     pub(crate) renewals: u64,
     /// What becomes of the energy that each patch radiates, up to its first reflection.
@@ -111,8 +108,7 @@ impl SceneField {
             speed_m_s,
             responses: Vec::new(),
             spans: Vec::new(),
-            of_air: Vec::new(),
-            of_air_late: Vec::new(),
+            of_air: AirEnergy::default(),
             renewals: 0,
             first_legs: Vec::new(),
             specular: SpecularLegs::default(),
@@ -138,13 +134,11 @@ impl SceneField {
             return;
         }
         let transports = collect(sums, patches);
-        let (total, late) = course_of_air(sums, &transports);
-        self.of_air_late = late;
+        self.of_air = course_of_air(sums, &transports);
         let mut response = vec![[0.0; BANDS]; patches * STEPS];
         self.responses.clear();
         self.responses.reserve_exact(patches * STEPS * patches);
         self.spans.clear();
-        self.of_air.clear();
         for to in 0..patches {
             response.fill([0.0; BANDS]);
             respond(LaneSet::best(), &transports, to as u16, &mut response);
@@ -152,11 +146,10 @@ impl SceneField {
             self.spans.extend(
                 responses.map(|response| DIRECTION_SPANS.map(|steps| sum_of(&response[steps]))),
             );
-            let of_air = sums.leaving_of_air(to, &response);
-            self.of_air.extend(of_air.iter().map(pack));
             self.responses.extend(response.iter().map(pack));
         }
-        let slowest = match fall_db(&total).iter().all(|fall| *fall >= FITTED_FROM_DB) {
+        let total = &self.of_air.total;
+        let slowest = match fall_db(total).iter().all(|fall| *fall >= FITTED_FROM_DB) {
             true => [0.0; BANDS],
             false => slowest_decay(sums),
         };
@@ -164,7 +157,7 @@ impl SceneField {
             step_s: self.step_s,
             speed_m_s: self.speed_m_s,
             share: &self.samples.share,
-            total: &total,
+            total,
             slowest: &slowest,
             first_legs: &self.first_legs,
         });
@@ -195,12 +188,12 @@ impl SceneField {
 
     /// Energy that begins in the air and leaves a patch, in each time step.
     pub(crate) fn of_air(&self, to: usize) -> &[PackedBands] {
-        &self.of_air[to * STEPS..][..STEPS]
+        &self.of_air.of_steps[to * STEPS..][..STEPS]
     }
 
     /// Energy that begins in the air and leaves a patch, in each late bin.
     pub(crate) fn of_air_late(&self, to: usize) -> &LateBins {
-        &self.of_air_late[to]
+        &self.of_air.late[to]
     }
 
     /// Energy that leaves a patch within each of [`DIRECTION_SPANS`], for each radiating patch.
