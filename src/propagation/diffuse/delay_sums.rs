@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::diffuse::air_course::LONG_STEPS;
+use crate::propagation::diffuse::energy_course::LONG_STEPS;
 use crate::propagation::rays::directions::{mix, unit};
 
 /// Ends of the spans in time steps before they are varied; the last span has none.

@@ -8,12 +8,13 @@ use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::bounce_buffer::Bounce;
 use crate::propagation::diffuse::delay_sums::varied;
 use crate::propagation::diffuse::delayed::add_delayed;
+use crate::propagation::diffuse::energy_course::add_response;
 use crate::propagation::diffuse::envelope::{ArrivalHistogram, GroupShares};
-use crate::propagation::diffuse::fit_spans::STEPS;
+use crate::propagation::diffuse::fit_spans::{DIRECTION_SPANS, STEPS};
 use crate::propagation::diffuse::late_directions::{LateDirections, MOMENTS, Moments};
 use crate::propagation::diffuse::listener_field::{ListenerField, PatchView};
 use crate::propagation::diffuse::surface_samples::{MAX_PATCHES, NO_PATCH};
-use crate::propagation::diffuse::transport::{DIRECTION_SPANS, SceneField};
+use crate::propagation::diffuse::transport::SceneField;
 use crate::propagation::late_group::LATE_GROUPS;
 use crate::scene::Scene;
 use crate::simd::{LaneSet, Lanes, kernel};
@@ -316,6 +317,8 @@ kernel! {
             // Negative before the straight line's arrival: the response starts later.
             let at = delay_s / field.step_s - histogram.nearest_steps();
             convolve::<L>(response, &deposit.scattered, at, &mut histogram.energy);
+            let delay = delay_s / field.step_s;
+            add_response(&mut histogram.late, &listener.long[patch], &deposit.scattered, delay);
         }
     }
 }

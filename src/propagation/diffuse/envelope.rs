@@ -12,12 +12,13 @@
 //! function of the arrivals. The second group may be slower than the first, which has the slowest decay of the field: it starts with
 //! little, since arrivals that fall by few decibels do not tell the two apart.
 //!
-//! In rooms that are live in some directions only, the decay goes on changing after the end of the responses. There the arrivals are
-//! continued with the course of energy that begins in the air (`AirCourse`), which counts as far as few rays carry the source's.
+//! In coupled rooms, and in rooms that are live in some directions only, the decay goes on changing after the end of the responses. The
+//! arrivals there are those of the patches' energy ([`crate::propagation::diffuse::long_responses`]); as far as few rays carry the
+//! source's, they have the course of energy that begins in the air ([`EnergyCourse`]).
 
 use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::diffuse::air_course::AirCourse;
+use crate::propagation::diffuse::energy_course::{EnergyCourse, LateBins};
 use crate::propagation::diffuse::fit_spans::{LONG_SPANS, SPAN_ENDS, SPAN_OF_STEP, SPANS, STEPS};
 use crate::propagation::diffuse::steady_tail::{HALF, steady};
 use crate::propagation::late_group::{LATE_GROUPS, LateGroup};
@@ -56,7 +57,11 @@ const SLOWER_SHARE: f32 = 4.0;
 
 /// Power of the ratio of its rate to the first group's that the second group's start is multiplied by, if it is slower. With its
 /// full start it kept a fifth of the energy in closed rooms of one decay, and T30 was 6 to 16 % too long there.
-const BEYOND_SLOWEST: i32 = 12;
+const BEYOND_SLOWEST: i32 = 9;
+
+/// How much more than earlier energies those after the responses are drawn towards the course of the air's: a share of a quarter there is
+/// all of it. What few rays carry is specular, and patches do not know its directions.
+const LATER_DRAWN: f32 = 4.0;
 
 const LAST_SEGMENT: usize = LATE_SEGMENTS - 1;
 
@@ -129,9 +134,7 @@ impl DecayColumns {
                 // Energy at a time step is what arrives half a step around it.
                 let after = left(end as f32 - 0.5);
                 for b in 0..BANDS {
-                    // Where the second group is the slower one, it has what builds up.
-                    let is_used =
-                        !is_last || (start * step_s <= LATEST_S && rates[1][b] > rates[0][b]);
+                    let is_used = !is_last || start * step_s <= LATEST_S;
                     span[b] = if is_used { before[b] - after[b] } else { 0.0 };
                 }
                 before = after;
@@ -150,6 +153,8 @@ pub(crate) struct ArrivalHistogram {
     /// Arrival of the straight line: delays count from here.
     nearest_s: f32,
     pub(crate) energy: [BandArray; STEPS],
+    /// Energy in each bin after the responses; these and the bins count from emission.
+    pub(crate) late: LateBins,
     /// Variance of the energy in each span of the fit, as far as few rays carry it.
     variance: [BandArray; SPANS],
 }
@@ -160,6 +165,7 @@ impl ArrivalHistogram {
             step_s,
             nearest_s,
             energy: [[0.0; BANDS]; STEPS],
+            late: LateBins::default(),
             variance: [[0.0; BANDS]; SPANS],
         }
     }
@@ -216,12 +222,22 @@ impl ArrivalHistogram {
         }
     }
 
+    /// The arrivals of the patches' energy, in time steps after emission.
+    fn course(&self) -> EnergyCourse {
+        let mut of_steps = [[0.0; BANDS]; STEPS];
+        let first = (self.nearest_steps().round() as usize).min(STEPS);
+        of_steps[first..].copy_from_slice(&self.energy[..STEPS - first]);
+        let mut course = EnergyCourse::default();
+        course.set(&of_steps, &self.late);
+        course
+    }
+
     /// Fits decays to the arrivals; `weight` is the sum of their weights, `of_air` what arrives of energy that begins in the air.
     /// Returns the shares of the groups in the energy of each span.
     pub(crate) fn fit(
         &self,
         columns: &DecayColumns,
-        of_air: &AirCourse,
+        of_air: &EnergyCourse,
         weight: f32,
         late: &mut LateEnergy,
     ) -> GroupShares {
@@ -241,9 +257,9 @@ impl ArrivalHistogram {
         }
         let (air, within) = of_air.spans_from(self.nearest_steps());
         let drawn = steady(&mut energy[..known], &self.variance, &air[..known]);
-        let spans = continued(&mut energy, known, &air[..within.max(known)]);
+        let own = self.course().spans_from(self.nearest_steps()).0;
+        let spans = continued(&mut energy, known, within, [&own, &air], &drawn);
         let mut weights = [[1.0; BANDS]; LONG_SPANS];
-        weights[known..].fill(drawn);
         for sum in energy.as_flattened_mut() {
             *sum /= weight;
         }
@@ -311,26 +327,39 @@ kernel! {
     }
 }
 
-/// Continues the first `known` energies in spans of time with the course of those of the air, as far as these go. Returns the number of
-/// spans: `known` where the air's energy does not arrive.
-fn continued(energy: &mut [BandArray; LONG_SPANS], known: usize, air: &[BandArray]) -> usize {
-    let half = usize::from(HALF[known - 1]);
-    let (mut own, mut of_air) = ([0.0; BANDS], [0.0f32; BANDS]);
-    for span in half..known {
-        for b in 0..BANDS {
-            own[b] += energy[span][b];
-            of_air[b] += air[span][b];
-        }
-    }
-    if (0..BANDS).any(|b| own[b] > 0.0 && of_air[b] <= 0.0) {
+/// Continues the first `known` energies in spans of time up to `within`, with their own course, as far as they were `drawn` with that of
+/// the air's. Returns the number of spans: `known` where nothing arrives later.
+fn continued(
+    energy: &mut [BandArray; LONG_SPANS],
+    known: usize,
+    within: usize,
+    [own, of_air]: [&[BandArray; LONG_SPANS]; 2],
+    drawn: &BandArray,
+) -> usize {
+    let is_heard = |span: &BandArray| span.iter().any(|energy| *energy > 0.0);
+    if within <= known || !own[known..within].iter().any(is_heard) {
         return known;
     }
-    for span in known..air.len() {
+    let half = usize::from(HALF[known - 1]);
+    let level = |spans: &[BandArray; LONG_SPANS]| {
+        let mut sum = [f32::MIN_POSITIVE; BANDS];
+        for span in &spans[half..known] {
+            for b in 0..BANDS {
+                sum[b] += span[b];
+            }
+        }
+        sum
+    };
+    let [level, own_level, air_level] = [&*energy, own, of_air].map(level);
+    for span in known..within {
         for b in 0..BANDS {
-            energy[span][b] = air[span][b] * (own[b] / of_air[b].max(f32::MIN_POSITIVE));
+            let drawn = (LATER_DRAWN * drawn[b]).min(1.0);
+            let own = own[span][b] / own_level[b];
+            let of_air = of_air[span][b] / air_level[b];
+            energy[span][b] = level[b] * (own + drawn * (of_air - own));
         }
     }
-    air.len()
+    within
 }
 
 /// Time steps of a span.

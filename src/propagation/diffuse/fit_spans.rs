@@ -1,5 +1,7 @@
 //! Spans of time in which late energy is fitted: short ones early, longer ones late. Own.
 
+use std::ops::Range;
+
 /// Number of the spans in which a source's energy is known, and number of all: in the later ones it has the course of energy that begins
 /// in the air.
 pub(crate) const SPANS: usize = 16;
@@ -12,6 +14,9 @@ pub(crate) const SPAN_ENDS: [usize; LONG_SPANS] = [
 
 /// Time steps of a response.
 pub(crate) const STEPS: usize = SPAN_ENDS[SPANS - 1];
+
+/// Spans of a response in time steps, for the directions of what arrives and for where energy is late.
+pub(crate) const DIRECTION_SPANS: [Range<usize>; 4] = [0..6, 6..16, 16..36, 36..STEPS];
 
 /// The span of each time step in which a source's energy is known.
 pub(crate) const SPAN_OF_STEP: [u8; STEPS] = {

@@ -11,14 +11,15 @@ use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::propagation::diffuse::air_course::{AirCourse, LateBins, add_bins};
 use crate::propagation::diffuse::delayed::add_delayed;
-use crate::propagation::diffuse::fit_spans::STEPS;
+use crate::propagation::diffuse::energy_course::{EnergyCourse, LateBins, add_bins};
+use crate::propagation::diffuse::fit_spans::{DIRECTION_SPANS, STEPS};
 use crate::propagation::diffuse::late_directions::{MOMENTS, Moments, moments};
 use crate::propagation::diffuse::lifted_kernel::lifted_kernel;
+use crate::propagation::diffuse::long_responses::{LongResponse, bins_of, continue_responses};
 use crate::propagation::diffuse::packed_energy::PackedBands;
 use crate::propagation::diffuse::surface_samples::{MAX_PATCHES, NO_PATCH};
-use crate::propagation::diffuse::transport::{DIRECTION_SPANS, SceneField};
+use crate::propagation::diffuse::transport::SceneField;
 use crate::propagation::diffuse::visibility_cells::{GROUPS, VisibilityCells};
 use crate::propagation::late_group::{LATE_GROUPS, LateGroup};
 use crate::scene::Scene;
@@ -49,7 +50,9 @@ pub struct ListenerField {
     /// Moments of the energy that arrives in each of [`DIRECTION_SPANS`] for a unit that a patch radiates.
     pub(crate) arriving: Vec<[Moments; DIRECTION_SPANS.len()]>,
     /// What arrives of energy that begins in the air, evenly and in all directions.
-    pub(crate) of_air: AirCourse,
+    pub(crate) of_air: EnergyCourse,
+    /// Energy that arrives in bins of time for a unit that a patch radiates, for longer than the responses.
+    pub(crate) long: Vec<LongResponse>,
     /// Decay times of the groups.
     pub groups: [LateGroup; LATE_GROUPS],
 }
@@ -95,6 +98,11 @@ impl ListenerField {
             }
         }
         self.of_air.set(&of_air, &late);
+        let mut bins_of_air = bins_of(&of_air);
+        let first = bins_of_air.len() + 1 - late.len();
+        bins_of_air[first..].copy_from_slice(&late[1..]);
+        let states = field.late_states();
+        continue_responses(states, &self.response, &bins_of_air, &mut self.long);
         for (group, time_s) in self.groups.iter_mut().zip(&field.decays.times_s) {
             group.decay_time_s = *time_s;
         }

@@ -18,7 +18,6 @@
 //! after the last motion all are exact. The cache takes about 0.15 MB per source with 128 rays to a depth of 4
 //! (`by_rotation`), and 0.4 MB more in a scene with instances (`static_hit_cache`).
 
-mod air_course;
 mod air_spaces;
 mod bounce_buffer;
 mod by_rotation;
@@ -28,11 +27,14 @@ pub mod decay_fit;
 mod delay_sums;
 mod delayed;
 mod deposits;
+mod energy_course;
 pub mod envelope;
 mod fit_spans;
 pub mod late_directions;
+mod late_states;
 mod lifted_kernel;
 pub mod listener_field;
+mod long_responses;
 pub mod next_event;
 mod packed_energy;
 mod packed_sequences;

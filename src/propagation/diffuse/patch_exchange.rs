@@ -3,10 +3,10 @@
 //! Own. Energy that one patch sends to another within a span of delays is one [`Transport`] of their mean, in whole time steps.
 
 use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::diffuse::air_course::{LONG_STEPS, LateBins, add_to_bin};
 use crate::propagation::diffuse::decay_fit::sum_of;
 use crate::propagation::diffuse::delay_sums::{DelaySums, SPANS};
-use crate::propagation::diffuse::fit_spans::STEPS;
+use crate::propagation::diffuse::energy_course::{LONG_STEPS, LateBins, add_to_bin};
+use crate::propagation::diffuse::fit_spans::{DIRECTION_SPANS, STEPS};
 use crate::propagation::diffuse::packed_energy::{PackedBands, pack};
 use crate::simd::{LaneSet, kernel};
 
@@ -63,6 +63,8 @@ pub(crate) struct AirEnergy {
     pub(crate) of_steps: Vec<PackedBands>,
     /// Each patch, in each late bin.
     pub(crate) late: Vec<LateBins>,
+    /// Each patch, within the last of [`DIRECTION_SPANS`].
+    pub(crate) last: Vec<BandArray>,
 }
 
 /// How energy that begins in the air passes from patch to patch.
@@ -90,13 +92,14 @@ pub(crate) fn course_of_air(sums: &DelaySums, transports: &[Transport]) -> AirEn
         total: leaving.chunks_exact(patches).map(sum_of).collect(),
         of_steps: Vec::with_capacity(patches * STEPS),
         late: vec![LateBins::default(); patches],
+        last: Vec::with_capacity(patches),
     };
+    let [.., last] = DIRECTION_SPANS;
     for (patch, late) in course.late.iter_mut().enumerate() {
-        let of_steps = leaving[patch..].iter().step_by(patches);
-        course
-            .of_steps
-            .extend(of_steps.clone().take(STEPS).map(pack));
-        for (step, energy) in of_steps.enumerate() {
+        let of_steps: Vec<_> = leaving[patch..].iter().step_by(patches).copied().collect();
+        course.of_steps.extend(of_steps[..STEPS].iter().map(pack));
+        course.last.push(sum_of(&of_steps[last.clone()]));
+        for (step, energy) in of_steps.iter().enumerate() {
             add_to_bin(late, step, energy);
         }
     }

@@ -14,13 +14,14 @@ use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::propagation::diffuse::air_course::LateBins;
 use crate::propagation::diffuse::decay_fit::{
     CommonDecays, FITTED_FROM_DB, FirstLegs, PatchDecays, fall_db, sum_of,
 };
 use crate::propagation::diffuse::delay_sums::{Arrival, DelaySums, LONGEST};
+use crate::propagation::diffuse::energy_course::LateBins;
 use crate::propagation::diffuse::envelope::NEPERS_OF_60_DB;
-use crate::propagation::diffuse::fit_spans::STEPS;
+use crate::propagation::diffuse::fit_spans::{DIRECTION_SPANS, STEPS};
+use crate::propagation::diffuse::late_states::LateStates;
 use crate::propagation::diffuse::packed_energy::{PackedBands, pack};
 use crate::propagation::diffuse::patch_exchange::{AirEnergy, collect, course_of_air, respond};
 use crate::propagation::diffuse::slowest_decay::slowest_decay;
@@ -46,9 +47,6 @@ const SAMPLES_A_STEP: usize = 24;
 
 /// The same where the field in use has next to none around a listener.
 const SAMPLES_AN_URGENT_STEP: usize = 128;
-
-/// Spans of a response in time steps, for the directions of what arrives.
-pub(crate) const DIRECTION_SPANS: [Range<usize>; 4] = [0..6, 6..16, 16..36, 36..STEPS];
 
 /// Most specular reflections of a ray; what is left is then radiated by the last patch.
 const MAX_ORDER: usize = 150;
@@ -77,6 +75,7 @@ pub struct SceneField {
     /// Sums of a response over [`DIRECTION_SPANS`]: `[to × patches + from]`.
     spans: Vec<[BandArray; DIRECTION_SPANS.len()]>,
     of_air: AirEnergy,
+    late_states: LateStates,
     /// Counts calls of [`Self::renew`].
     pub(crate) renewals: u64,
     /// What becomes of the energy that each patch radiates, up to its first reflection.
@@ -109,6 +108,7 @@ impl SceneField {
             responses: Vec::new(),
             spans: Vec::new(),
             of_air: AirEnergy::default(),
+            late_states: LateStates::default(),
             renewals: 0,
             first_legs: Vec::new(),
             specular: SpecularLegs::default(),
@@ -148,6 +148,9 @@ impl SceneField {
             );
             self.responses.extend(response.iter().map(pack));
         }
+        let last = DIRECTION_SPANS.len() - 1;
+        let late = self.spans.iter().map(|spans| spans[last]);
+        self.late_states = LateStates::new(late, &self.of_air.last, &self.samples.leg_m);
         let total = &self.of_air.total;
         let slowest = match fall_db(total).iter().all(|fall| *fall >= FITTED_FROM_DB) {
             true => [0.0; BANDS],
@@ -159,6 +162,7 @@ impl SceneField {
             share: &self.samples.share,
             total,
             slowest: &slowest,
+            growth: &self.late_states.growth(&self.samples.share),
             first_legs: &self.first_legs,
         });
         self.find_reach(scene, sums, rays);
@@ -194,6 +198,11 @@ impl SceneField {
     /// Energy that begins in the air and leaves a patch, in each late bin.
     pub(crate) fn of_air_late(&self, to: usize) -> &LateBins {
         &self.of_air.late[to]
+    }
+
+    /// How energy is spread late in the responses.
+    pub(crate) fn late_states(&self) -> &LateStates {
+        &self.late_states
     }
 
     /// Energy that leaves a patch within each of [`DIRECTION_SPANS`], for each radiating patch.

@@ -10,7 +10,7 @@ use crate::propagation::diffuse::fit_spans::{LONG_SPANS, SPAN_ENDS, STEPS};
 pub(crate) const LONG_STEPS: usize = 240;
 
 /// Length in time steps of the bins in which late energy is known.
-const BIN_STEPS: usize = 10;
+pub(crate) const BIN_STEPS: usize = 10;
 
 /// Bins after the responses.
 const BINS: usize = (LONG_STEPS - STEPS) / BIN_STEPS;
@@ -18,17 +18,17 @@ const BINS: usize = (LONG_STEPS - STEPS) / BIN_STEPS;
 /// Energy in the last bin of the responses, of which later ones get what is delayed, and in each bin after them.
 pub(crate) type LateBins = [BandArray; BINS + 1];
 
-/// Times at which [`AirCourse`] is known: each time step of the responses, and the bins' ends.
+/// Times at which [`EnergyCourse`] is known: each time step of the responses, and the bins' ends.
 const TIMES: usize = STEPS + BINS + 1;
 
 /// What arrives at a listener.
 #[derive(Debug, Clone)]
-pub(crate) struct AirCourse {
+pub(crate) struct EnergyCourse {
     /// Energy from each time on.
     left: Box<[BandArray; TIMES]>,
 }
 
-impl Default for AirCourse {
+impl Default for EnergyCourse {
     fn default() -> Self {
         Self {
             left: Box::new([[0.0; BANDS]; TIMES]),
@@ -36,7 +36,7 @@ impl Default for AirCourse {
     }
 }
 
-impl AirCourse {
+impl EnergyCourse {
     /// Of energies in each time step of the responses and in each bin.
     pub(crate) fn set(&mut self, of_steps: &[BandArray; STEPS], of_bins: &LateBins) {
         let mut left = [0.0; BANDS];
@@ -100,6 +100,32 @@ pub(crate) fn add_bins(sums: &mut LateBins, leaving: &LateBins, gain: &BandArray
     }
 }
 
+/// Adds a response in bins, of all time steps, times a gain, `delay` time steps later.
+#[inline(always)]
+pub(crate) fn add_response(
+    sums: &mut LateBins,
+    response: &[BandArray],
+    gain: &BandArray,
+    delay: f32,
+) {
+    let delay = (delay / BIN_STEPS as f32).clamp(0.0, STEPS as f32);
+    let whole = delay as usize;
+    let rest = delay - whole as f32;
+    for (bin, sum) in sums.iter_mut().enumerate().skip(1) {
+        let at = bin + STEPS / BIN_STEPS - 1;
+        let Some(now) = at.checked_sub(whole) else {
+            continue;
+        };
+        let before = match now {
+            0 => [0.0; BANDS],
+            now => response[now - 1],
+        };
+        for b in 0..BANDS {
+            sum[b] += gain[b] * (response[now][b] + rest * (before[b] - response[now][b]));
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -124,7 +150,7 @@ mod tests {
                 let step = step as f32;
                 [decayed(rate, [step, step + 1.0]); BANDS]
             });
-            let mut course = AirCourse::default();
+            let mut course = EnergyCourse::default();
             course.set(&of_steps, &bins(rate));
             for start in [0.0f32, 0.3, 7.5, 40.0, 95.0] {
                 let (spans, within) = course.spans_from(start);
