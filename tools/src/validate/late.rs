@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec3};
 
-use super::late_particles::{Echogram, STEP_S, axis_shares};
+use super::late_particles::{Echogram, LATE_S, STEP_S, axis_shares};
 use super::late_rooms::{self, Room};
 use super::{Case, Row, rooms};
 use foresound::acoustics::BandArray;
@@ -19,6 +19,9 @@ const BANDS_JUDGED: std::ops::Range<usize> = 1..7;
 
 /// Band of the directions: 1 kHz.
 const BAND: usize = 4;
+
+/// Speed of sound in the scenes, metres per second.
+const SPEED_M_S: f64 = 343.4;
 
 /// Seeds of the rays that the scatter is taken over.
 const SEEDS: u64 = 6;
@@ -44,7 +47,7 @@ impl Figures {
     }
 }
 
-/// Law *late/slopes*: EDT, T20, T30, C80 and the level after 80 ms in every octave.
+/// Law *late/slopes*: EDT, T20, T30, and C80 and the level from 80 ms after the direct sound on, in every octave.
 pub(super) fn slopes() -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (index, room) in late_rooms::all().into_iter().enumerate() {
@@ -84,14 +87,14 @@ pub(super) fn slopes() -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Law *late/direction*: shares of the energy after 80 ms by direction, squares of the cosines to the six axes.
+/// Law *late/direction*: shares of the late energy by direction, squares of the cosines to the six axes.
 pub(super) fn direction() -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (index, room) in late_rooms::all().into_iter().enumerate() {
         let scene = room.scene()?;
         let set = propagate(&scene, &room, 1)?;
         let exact = exact(index, &room, &scene);
-        let ours = shares(&late_directions(&set));
+        let ours = shares(&late_directions(&set, room.late_from_s(SPEED_M_S)));
         let total: f64 = exact.towards.iter().sum();
         let exact = exact.towards.map(|energy| energy / total);
         let off = ours.iter().zip(exact).map(|(a, b)| (a - b).abs());
@@ -192,7 +195,7 @@ pub(super) fn partition() -> Result<Vec<Row>> {
 
 /// T30 of the late energy of all sources per band, in seconds.
 pub(super) fn late_decay_times(set: &PathSet) -> BandArray {
-    let mut echogram = Echogram::new();
+    let mut echogram = Echogram::new(0.0);
     add_late(&mut echogram, set, |_| true);
     std::array::from_fn(|band| {
         let time_s = echogram.decay_time_s(band, -5.0, -35.0);
@@ -238,29 +241,26 @@ fn direct_energy(set: &PathSet) -> [f64; 8] {
     direct.map_or([0.0; 8], |path| path.amplitude.map(energy))
 }
 
-/// Discrete paths without the direct one, and late energy.
+/// Discrete paths but the direct one, and late energy, of the first source.
 fn echogram_of(set: &PathSet) -> Echogram {
-    let mut echogram = Echogram::new();
-    for source in &set.sources {
-        add_source(&mut echogram, set, source.id);
-    }
-    echogram
+    of_source(set, set.sources[0].id)
 }
 
 fn of_source(set: &PathSet, source: SourceId) -> Echogram {
-    let mut echogram = Echogram::new();
+    let late = set.late.iter().find(|late| late.source == source);
+    let onset_s = late.map_or(0.0, |late| f64::from(late.start_s));
+    let mut echogram = Echogram::new(onset_s + LATE_S);
     add_source(&mut echogram, set, source);
     echogram
 }
 
 fn add_source(echogram: &mut Echogram, set: &PathSet, source: SourceId) {
-    let speed_m_s = 343.4;
     for path in set
         .paths
         .iter()
         .filter(|p| p.source == source && !p.is_direct())
     {
-        let step = (f64::from(path.length_m) / speed_m_s / STEP_S) as usize;
+        let step = (f64::from(path.length_m) / SPEED_M_S / STEP_S) as usize;
         if let Some(sum) = echogram.energy.get_mut(step) {
             for (sum, amplitude) in sum.iter_mut().zip(path.amplitude) {
                 *sum += f64::from(amplitude).powi(2);
@@ -287,10 +287,14 @@ fn add_late(echogram: &mut Echogram, set: &PathSet, is_added: impl Fn(SourceId) 
     }
 }
 
-/// Directions of what arrives after 80 ms at 1 kHz, and their energies.
-fn late_directions(set: &PathSet) -> Vec<(DVec3, f64)> {
+/// Directions of what arrives from a time on at 1 kHz, and their energies.
+fn late_directions(set: &PathSet, late_from_s: f64) -> Vec<(DVec3, f64)> {
     let mut found = Vec::new();
-    for path in set.paths.iter().filter(|p| p.length_m > 0.08 * 343.4) {
+    for path in set
+        .paths
+        .iter()
+        .filter(|p| f64::from(p.length_m) > late_from_s * SPEED_M_S)
+    {
         let towards = (path.image - set.listener.position).normalize();
         let energy = f64::from(path.amplitude[BAND]).powi(2);
         found.push((towards.as_dvec3(), energy));
@@ -302,7 +306,7 @@ fn late_directions(set: &PathSet) -> Vec<(DVec3, f64)> {
     {
         let group = &set.late_groups[usize::from(segment.group)];
         let energy = f64::from(segment.energy_per_s[BAND]);
-        let from_s = f64::from(segment.start_s).max(0.08);
+        let from_s = f64::from(segment.start_s).max(late_from_s);
         let energy = rooms::decayed(energy, group.decay_time_s[BAND], from_s, 100.0);
         for (towards, share) in LATE_DIRECTION_VECTORS.iter().zip(&group.directions) {
             found.push((towards.as_dvec3(), energy * f64::from(share[BAND])));

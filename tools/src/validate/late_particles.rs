@@ -40,7 +40,7 @@ impl Room {
         });
         // The order of the sum does not depend on the threads.
         found.sort_by_key(|(share, _)| *share);
-        let mut echogram = Echogram::new();
+        let mut echogram = Echogram::new(self.late_from_s(speed_m_s));
         let particles: u64 = found.iter().map(|(_, (_, particles))| particles).sum();
         let gain = 4.0 * std::f64::consts::PI
             / particles as f64
@@ -61,7 +61,7 @@ impl Room {
     fn fly(&self, speed_m_s: f64, share: u64) -> (Echogram, u64) {
         let source = self.source.as_dvec3();
         let listener = self.listener.as_dvec3();
-        let mut echogram = Echogram::new();
+        let mut echogram = Echogram::new(self.late_from_s(speed_m_s));
         let impedances: Vec<_> = self.materials.iter().map(impedance).collect();
         let mut random = Random(0x9e37_79b9_97f4_a7c5_u64.wrapping_mul(2 * share + 1));
         let (mut particles, mut legs) = (0, 0);
@@ -116,6 +116,11 @@ impl Room {
             }
         }
         (echogram, particles)
+    }
+
+    /// Time in seconds after emission from which on energy is late: 80 ms after the direct sound.
+    pub(super) fn late_from_s(&self, speed_m_s: f64) -> f64 {
+        f64::from(self.source.distance(self.listener)) / speed_m_s + LATE_S
     }
 
     /// What is ahead.
@@ -182,6 +187,9 @@ const SHARES: u64 = 16;
 const ROULETTE: f64 = 1e-5;
 const ROULETTE_SURVIVAL: f64 = 0.1;
 
+/// Time in seconds after the direct sound from which on energy is late.
+pub(super) const LATE_S: f64 = 0.08;
+
 /// Radius of the ball that particles are counted in.
 const BALL_M: f64 = 0.5;
 
@@ -195,13 +203,16 @@ const LENGTH_S: f64 = STEPS as f64 * STEP_S;
 pub(super) struct Echogram {
     /// By time step and band.
     pub(super) energy: Vec<[f64; BANDS]>,
-    /// Late energy (after 80 ms) without air from −x, x, −y, y, −z, z by the squares of the cosines.
+    /// Time in seconds after emission from which on energy is late.
+    late_from_s: f64,
+    /// Late energy without air from −x, x, −y, y, −z, z by the squares of the cosines.
     pub(super) towards: [f64; 6],
 }
 
 impl Echogram {
-    pub(super) fn new() -> Self {
+    pub(super) fn new(late_from_s: f64) -> Self {
         Self {
+            late_from_s,
             energy: vec![[0.0; BANDS]; STEPS],
             towards: [0.0; 6],
         }
@@ -233,7 +244,7 @@ impl Echogram {
         let at_s = time(path_m + along.max(0.0));
         if let Some(step) = self.energy.get_mut((at_s / STEP_S) as usize) {
             step[0] += energy * inside_m;
-            if at_s > 0.08 {
+            if at_s > self.late_from_s {
                 for (sum, share) in self.towards.iter_mut().zip(axis_shares(-direction)) {
                     *sum += energy * inside_m * share;
                 }
@@ -275,17 +286,26 @@ impl Echogram {
         (is_reached && n > 3.0 && slope < 0.0).then_some(-60.0 / slope)
     }
 
-    /// Level in dB of the energy after 80 ms.
+    /// Level in dB of the late energy.
     pub(super) fn late_db(&self, band: usize) -> f64 {
-        let late = self.energy.iter().skip((0.08 / STEP_S) as usize);
-        10.0 * late.map(|e| e[band]).sum::<f64>().max(1e-30).log10()
+        10.0 * self.early_and_late(band)[1].max(1e-30).log10()
     }
 
     /// Clarity in dB, the direct sound included.
     pub(super) fn clarity_db(&self, band: usize, direct: f64) -> f64 {
-        let early = self.energy.iter().take((0.08 / STEP_S) as usize);
-        let early = early.map(|e| e[band]).sum::<f64>() + direct;
-        10.0 * early.log10() - self.late_db(band)
+        let [early, late] = self.early_and_late(band);
+        10.0 * ((early + direct) / late.max(1e-30)).log10()
+    }
+
+    /// Energy before and after the time from which on it is late; that of the step around it is even.
+    fn early_and_late(&self, band: usize) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        for (step, energy) in self.energy.iter().enumerate() {
+            let early = (self.late_from_s / STEP_S - step as f64).clamp(0.0, 1.0);
+            sums[0] += early * energy[band];
+            sums[1] += (1.0 - early) * energy[band];
+        }
+        sums
     }
 }
 

@@ -125,6 +125,40 @@ fn coupled(name: &'static str, source: [f32; 3], listener: [f32; 3]) -> Room {
     }
 }
 
+/// A live, a dead and a live room in a row, with a door of 0.9 m × 2.1 m from one to the next.
+fn row(name: &'static str, source: [f32; 3], listener: [f32; 3]) -> Room {
+    let [live, dead] = [Some(0), Some(1)];
+    let mut panels = box_faces(
+        [0.0; 3],
+        [8.0, 3.2, 6.0],
+        [live, None, live, live, live, live],
+    );
+    panels.extend(box_faces(
+        [8.0, 0.0, 0.0],
+        [12.0, 3.2, 6.0],
+        [None, None, dead, dead, dead, dead],
+    ));
+    panels.extend(box_faces(
+        [12.0, 0.0, 0.0],
+        [19.0, 3.2, 6.0],
+        [None, live, live, live, live, live],
+    ));
+    panels.extend(wall_with_door(8.0, [3.2, 6.0], [2.0, 2.9, 2.1], 2));
+    panels.extend(wall_with_door(12.0, [3.2, 6.0], [3.5, 4.4, 2.1], 2));
+    Room {
+        name,
+        panels,
+        triangles: Vec::new(),
+        materials: vec![
+            plain("live", 0.05, 0.3, None),
+            plain("dead", 0.5, 0.3, None),
+            plain("between", 0.1, 0.3, None),
+        ],
+        source: source.into(),
+        listener: listener.into(),
+    }
+}
+
 /// Two rooms of 5 m × 4 m × 3 m beside each other, with a partition and no opening.
 fn partition(name: &'static str, loss_db: f32) -> Room {
     let mut panels = box_faces([0.0; 3], [10.0, 3.0, 4.0], [Some(0); 6]);
@@ -346,6 +380,8 @@ pub(super) fn all() -> Vec<Room> {
             [9.3, 1.5, 1.2],
             [10.8, 1.6, 4.6],
         ),
+        row("first of three rooms", [2.5, 1.5, 2.0], [6.0, 1.6, 4.6]),
+        row("second to third room", [10.0, 1.5, 1.0], [15.5, 1.6, 1.7]),
         partition("partition of 20 dB", 20.0),
         partition("partition of 35 dB", 35.0),
         tetrahedron(),
