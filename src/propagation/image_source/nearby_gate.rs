@@ -16,8 +16,8 @@ pub(crate) const MAX_NEARBY: usize = 128;
 /// Cosine of the angle of incidence that the estimate takes for every reflection: most materials reflect the most there.
 const COSINE: f32 = 1.0;
 
-/// Least estimate that passes, relative to the loudest one beyond [`MAX_NEARBY`]: −1.5 dB, for paths that come nearer.
-const MARGIN: f32 = 0.7;
+/// Least estimate that passes, relative to the loudest one beyond [`MAX_NEARBY`]: −0.7 dB, for paths that come nearer.
+const MARGIN: f32 = 0.85;
 
 /// Estimated energy below which nearby paths of a source are left out; 0 where an update found no more than are kept.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
