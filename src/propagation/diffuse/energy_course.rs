@@ -25,13 +25,13 @@ const TIMES: usize = STEPS + BINS + 1;
 #[derive(Debug, Clone)]
 pub(crate) struct EnergyCourse {
     /// Energy from each time on.
-    left: Box<[BandArray; TIMES]>,
+    left: [BandArray; TIMES],
 }
 
 impl Default for EnergyCourse {
     fn default() -> Self {
         Self {
-            left: Box::new([[0.0; BANDS]; TIMES]),
+            left: [[0.0; BANDS]; TIMES],
         }
     }
 }

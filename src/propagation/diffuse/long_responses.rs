@@ -11,6 +11,7 @@ use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::energy_course::{BIN_STEPS, LONG_STEPS};
 use crate::propagation::diffuse::fit_spans::STEPS;
 use crate::propagation::diffuse::late_states::LateStates;
+use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
 
 /// Energy in bins of time.
 pub(crate) type LongResponse = [BandArray; LONG_BINS];
@@ -34,13 +35,15 @@ pub(crate) fn continue_responses(
     long: &mut Vec<LongResponse>,
 ) {
     long.clear();
+    long.reserve(states.patches() + 1);
     long.extend(responses.chunks_exact(STEPS).map(bins_of));
     // The last one is of energy that begins in the air.
     long.push(*of_air);
-    let mut gains = vec![[0.0; BANDS]; long.len()];
+    let mut gains = [[0.0; BANDS]; MAX_PATCHES + 1];
+    let gains = &mut gains[..long.len()];
     for to in 0..states.patches() {
         let level = level(&long[to], STATE_BINS);
-        add(&mut gains, states, to, &level, |gain| gain);
+        add(gains, states, to, &level, |gain| gain);
     }
     for (gain, response) in gains.iter_mut().zip(&*long) {
         let level = level(response, 0);
@@ -56,7 +59,7 @@ pub(crate) fn continue_responses(
         }
         let air = long[states.patches()][bin];
         let air_gain = gains[states.patches()];
-        for (response, gain) in long.iter_mut().zip(&gains) {
+        for (response, gain) in long.iter_mut().zip(&*gains) {
             for b in 0..BANDS {
                 let continued = air_gain[b] * air[b];
                 // Where the air's energy does not arrive it says nothing.
