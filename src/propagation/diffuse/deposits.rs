@@ -23,7 +23,7 @@ use crate::simd::{LaneSet, Lanes, kernel};
 const SPAN_ENDS: [f32; SPANS - 1] = [2.0, 4.0, 7.0, 11.0, 16.0, 23.0, 32.0, 44.0, 58.0];
 const SPANS: usize = 10;
 
-/// Neighbouring spans that are one for directions.
+/// Neighbouring spans that are one for directions and after the responses.
 const SPANS_TOGETHER: usize = 3;
 
 /// Least factor of a patch's ends, and their range: the ratio of two ends. With the same ends for all patches, energy that
@@ -186,6 +186,7 @@ impl DepositSums {
         histogram: &mut ArrivalHistogram,
     ) {
         gather(LaneSet::best(), &self.sums, field, listener, histogram);
+        gather_late(LaneSet::best(), &self.sums, listener, histogram);
     }
 }
 
@@ -317,8 +318,32 @@ kernel! {
             // Negative before the straight line's arrival: the response starts later.
             let at = delay_s / field.step_s - histogram.nearest_steps();
             convolve::<L>(response, &deposit.scattered, at, &mut histogram.energy);
-            let delay = delay_s / field.step_s;
-            add_response(&mut histogram.late, &listener.long[patch], &deposit.scattered, delay);
+        }
+    }
+}
+
+kernel! {
+    /// Adds what arrives of what patches radiate after their responses. No fused products: all machines give the same bits.
+    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
+    fn gather_late<L>(
+        sums: &[Deposit; MAX_PATCHES * SPANS],
+        listener: &ListenerField,
+        histogram: &mut ArrivalHistogram,
+    ) {
+        for (deposits, response) in sums.chunks_exact(SPANS).zip(&listener.long) {
+            for deposits in deposits.chunks(SPANS_TOGETHER) {
+                let (mut scattered, mut steps, mut weight) = ([0.0; BANDS], 0.0, 0.0);
+                for deposit in deposits {
+                    for b in 0..BANDS {
+                        scattered[b] += deposit.scattered[b];
+                    }
+                    steps += deposit.steps;
+                    weight += deposit.weight;
+                }
+                if weight > 0.0 {
+                    add_response(&mut histogram.late, response, &scattered, steps / weight);
+                }
+            }
         }
     }
 }
