@@ -72,11 +72,13 @@ impl SurfaceSamples {
             .collect();
         for (sample, view) in self.all.iter_mut().zip(&views) {
             let seen = (0..centres.len()).filter(|patch| view & (1 << patch) != 0);
+            // The square hardly counts where a few centres are hidden, as behind furniture.
             let to = |patch: usize| {
                 let others = views[self.centres[patch]];
                 let [both, either] = [view & others, view | others].map(u32::count_ones);
                 let other_view = 1.0 - both as f32 / either as f32;
-                distance(sample, &centres[patch], size) * (1.0 + OTHER_VIEW * other_view)
+                distance(sample, &centres[patch], size)
+                    * (1.0 + OTHER_VIEW * other_view * other_view)
             };
             let nearest = seen.min_by(|a, b| to(*a).total_cmp(&to(*b)));
             sample.patch = nearest.map_or(NO_PATCH, |patch| patch as u16);
