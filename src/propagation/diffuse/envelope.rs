@@ -342,7 +342,7 @@ fn continued(
     }
     let half = usize::from(HALF[known - 1]);
     let level = |spans: &[BandArray; LONG_SPANS]| {
-        let mut sum = [f32::MIN_POSITIVE; BANDS];
+        let mut sum = [0.0f32; BANDS];
         for span in &spans[half..known] {
             for b in 0..BANDS {
                 sum[b] += span[b];
@@ -354,12 +354,20 @@ fn continued(
     for span in known..within {
         for b in 0..BANDS {
             let drawn = (LATER_DRAWN * drawn[b]).min(1.0);
-            let own = own[span][b] / own_level[b];
-            let of_air = of_air[span][b] / air_level[b];
+            let own = ratio(own[span][b], own_level[b]);
+            let of_air = ratio(of_air[span][b], air_level[b]);
             energy[span][b] = level[b] * (own + drawn * (of_air - own));
         }
     }
     within
+}
+
+/// Energy relative to a level; none where that is next to nothing.
+fn ratio(energy: f32, level: f32) -> f32 {
+    match level > f32::MIN_POSITIVE {
+        true => energy / level,
+        false => 0.0,
+    }
 }
 
 /// Time steps of a span.

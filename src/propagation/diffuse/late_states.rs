@@ -76,7 +76,8 @@ impl LateStates {
             let all = after[b] / before[b].max(f32::MIN_POSITIVE);
             order.clear();
             for (index, (second, third)) in second.iter().zip(&third).enumerate() {
-                if second[b] * all > 0.0 {
+                // Next to nothing has no growth to speak of.
+                if second[b] * all > f32::MIN_POSITIVE {
                     let weight = share[index / patches] * share[index % patches];
                     order.push((third[b] / (second[b] * all), weight));
                 }

@@ -48,7 +48,11 @@ pub(crate) fn continue_responses(
     for (gain, response) in gains.iter_mut().zip(&*long) {
         let level = level(response, 0);
         for b in 0..BANDS {
-            gain[b] = level[b] / gain[b].max(f32::MIN_POSITIVE);
+            // Next to nothing has no level to speak of.
+            gain[b] = match gain[b] > f32::MIN_POSITIVE {
+                true => level[b] / gain[b],
+                false => 0.0,
+            };
         }
     }
     long[states.patches()] = [[0.0; BANDS]; LONG_BINS];
@@ -63,11 +67,11 @@ pub(crate) fn continue_responses(
             for b in 0..BANDS {
                 let continued = air_gain[b] * air[b];
                 // Where the air's energy does not arrive it says nothing.
-                let correction = match continued > 0.0 {
+                let correction = match continued > f32::MIN_POSITIVE {
                     true => of_air[bin][b] / continued,
                     false => 1.0,
                 };
-                response[bin][b] *= gain[b] * correction;
+                response[bin][b] = response[bin][b] * gain[b] * correction;
             }
         }
     }
@@ -201,5 +205,38 @@ mod tests {
             &mut long,
         );
         assert_eq!(long, [nothing; 2]);
+    }
+
+    /// Energies down to the smallest numbers, of all patches or of one: what arrives later is finite.
+    #[test]
+    fn next_to_nothing_stays_finite() {
+        for level in [1.0, 1e-12, 1e-20, 1e-30, 1e-38, 1e-44] {
+            for of_air in [1.0, level, 0.0] {
+                let mut responses = [[level; BANDS]; 2 * STEPS];
+                responses[STEPS..].fill([0.0; BANDS]);
+                let mut long = Vec::new();
+                let of_air = [[of_air; BANDS]; LONG_BINS];
+                let state = [
+                    [level, 0.0, 1.0, level].map(|e| [e; BANDS]),
+                    [[level; BANDS]; 4],
+                ];
+                for state in state {
+                    let states =
+                        LateStates::new(state.into_iter(), &[[level; BANDS]; 2], &[1.0; 2]);
+                    continue_responses(&states, &responses, &of_air, &mut long);
+                    let all = long.as_flattened().as_flattened();
+                    assert!(
+                        all.iter().all(|energy| energy.is_finite()),
+                        "{level}: {long:?}"
+                    );
+                    assert!(
+                        states
+                            .growth(&[0.5; 2])
+                            .iter()
+                            .all(|growth| growth.is_finite())
+                    );
+                }
+            }
+        }
     }
 }
