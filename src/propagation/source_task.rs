@@ -127,10 +127,7 @@ pub(super) struct Scratch {
     queue: ValidationQueue,
     /// Valid sequences by candidate index.
     valid: Vec<(u32, Sequence)>,
-    /// Nearby paths of the present source that passed the gate, several times as many as are kept while it is open.
-    nearby: Vec<Path>,
-    /// Their estimated energies.
-    nearby_estimates: Vec<f32>,
+    /// Of nearby paths.
     ranks: Vec<RankedPath>,
 }
 
@@ -142,8 +139,6 @@ impl Scratch {
             cull: CullScratch::default(),
             queue: ValidationQueue::default(),
             valid: Vec::new(),
-            nearby: Vec::new(),
-            nearby_estimates: Vec::new(),
             ranks: Vec::new(),
         }
     }
@@ -185,6 +180,8 @@ pub(super) struct SourceTask {
     /// Nearby paths, unsorted.
     pub(super) nearby: Vec<Path>,
     pub(super) nearby_gate: NearbyGate,
+    /// Estimated energies of the nearby paths that passed the gate.
+    nearby_estimates: Vec<f32>,
     /// Edges near the straight line in the last update.
     line_edges: DiffractingEdges,
     /// Edges of the direct field and of reflections until the next update.
@@ -456,16 +453,13 @@ impl SourceTask {
                     rays,
                     &mut push,
                 );
-                self.add_paths_for_missing_reflections(&query, &mut scratch.nearby);
+                self.add_paths_for_missing_reflections(&query);
             }
             if update.nearby_m.is_some() {
-                self.nearby_gate = NearbyGate::after(&mut scratch.nearby_estimates);
+                self.nearby_gate = NearbyGate::after(&mut self.nearby_estimates);
             }
-            scratch.nearby_estimates.clear();
-            keep_loudest(&mut scratch.nearby, &mut scratch.ranks);
-            self.nearby.clear();
-            self.nearby.reserve_exact(scratch.nearby.len());
-            self.nearby.append(&mut scratch.nearby);
+            self.nearby_estimates.clear();
+            keep_loudest(&mut self.nearby, &mut scratch.ranks);
         }
         let max_age = update
             .settings
@@ -502,11 +496,7 @@ impl SourceTask {
     }
 
     /// Adds the diffracted paths that continue single reflections which are not valid. The others are nearby paths.
-    fn add_paths_for_missing_reflections(
-        &mut self,
-        query: &SourceQuery<'_>,
-        nearby: &mut Vec<Path>,
-    ) {
+    fn add_paths_for_missing_reflections(&mut self, query: &SourceQuery<'_>) {
         let has_nearby = query.context.nearby_m.is_some();
         let found = self.paths.len();
         for near in query.near_edges.reflections.iter() {
@@ -520,7 +510,7 @@ impl SourceTask {
                 let path = path_in_shadow(query.context.scene, &query.endpoints, near);
                 match is_missing {
                     true => self.paths.extend(path),
-                    false => nearby.extend(path),
+                    false => self.nearby.extend(path),
                 }
             }
         }
@@ -552,9 +542,9 @@ impl SourceTask {
             ends,
             MARGIN_M + context.nearby_m.unwrap_or(0.0),
             |sequence, unfolded, reflected| {
-                let gate = (self.nearby_gate, &mut scratch.nearby_estimates);
+                let gate = (self.nearby_gate, &mut self.nearby_estimates);
                 if let Some(path) = query.nearby_path(sequence, unfolded, reflected, gate) {
-                    scratch.nearby.push(path);
+                    self.nearby.push(path);
                 }
             },
         );
@@ -565,8 +555,8 @@ impl SourceTask {
 
     /// Adds the paths along the unfolded candidates, or nearby ones.
     fn validate(&mut self, query: &SourceQuery<'_>, scratch: &mut Scratch) {
-        let (scene, occluders) = (query.context.scene, &mut self.occluders);
-        let (valid, nearby) = (&mut scratch.valid, &mut scratch.nearby);
+        let (scene, occluders, valid) =
+            (query.context.scene, &mut self.occluders, &mut scratch.valid);
         scratch
             .queue
             .validate(scene, occluders, |occluders, candidate, last| {
@@ -576,10 +566,10 @@ impl SourceTask {
                     let path = query.valid_path(&sequence, &mut candidate.unfolded);
                     self.paths.push(path);
                 } else if query.context.nearby_m.is_some() {
-                    let gate = (self.nearby_gate, &mut scratch.nearby_estimates);
+                    let gate = (self.nearby_gate, &mut self.nearby_estimates);
                     let (unfolded, reflected) = (&mut candidate.unfolded, candidate.reflected);
                     if let Some(path) = query.nearby_path(&sequence, unfolded, reflected, gate) {
-                        nearby.push(path);
+                        self.nearby.push(path);
                     }
                 }
             });

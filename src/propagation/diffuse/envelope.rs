@@ -13,8 +13,8 @@
 //! little, since arrivals that fall by few decibels do not tell the two apart.
 //!
 //! In coupled rooms, and in rooms that are live in some directions only, the decay goes on changing after the end of the responses. The
-//! arrivals there are those of the patches' energy ([`crate::propagation::diffuse::long_responses`]); as far as few rays carry the
-//! source's, they have the course of energy that begins in the air ([`EnergyCourse`]).
+//! arrivals there are those of the patches' energy (`long_responses`); as far as few rays carry the
+//! source's, they have the course of energy that begins in the air (`EnergyCourse`).
 
 use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};

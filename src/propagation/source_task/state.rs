@@ -36,6 +36,7 @@ impl SourceTask {
             paths: Vec::new(),
             nearby: Vec::new(),
             nearby_gate: NearbyGate::default(),
+            nearby_estimates: Vec::new(),
             line_edges: DiffractingEdges::default(),
             near_edges: NearEdges::default(),
             latest_late: None,
