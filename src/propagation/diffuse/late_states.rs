@@ -56,7 +56,7 @@ impl LateStates {
     }
 
     /// Energy in the third state over that in the second one, relative to that of all energy, for the pairs of patches where it falls
-    /// most slowly: more than 1 where energy still arrives from other spaces then. `share` are the patches' areas.
+    /// most slowly: more than 1 where energy still arrives from other spaces then. `share` are the patches' shares of the surface.
     pub(crate) fn growth(&self, share: &[f32]) -> BandArray {
         let patches = self.patches();
         let second = self.times(&self.of_patches);

@@ -1,9 +1,10 @@
 //! Patches: clusters of samples that see each other.
 //!
 //! Own. Centres lie far from each other and depend on the samples alone, so a patch keeps its index while instances move. A
-//! sample belongs to the nearest centre that it sees, past fixed surfaces and instances, rather to one that sees the same other
-//! centres; one that sees none belongs with the nearest sample that it sees. So no patch reaches through a wall or a shut door. A sample that sees neither, or in a narrow
-//! gap, as behind a door leaf, belongs to no patch: the gap's two ends are in different rooms.
+//! sample belongs to the nearest centre that it sees, past fixed surfaces and instances; a centre that sees other centres than the
+//! sample does counts as farther. A sample that sees no centre belongs with the nearest sample that it sees. So no patch reaches
+//! through a wall or a shut door. A sample that sees neither, or in a narrow gap, as behind a door leaf, belongs to no patch: the
+//! gap's two ends are in different rooms.
 
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
@@ -51,7 +52,7 @@ impl SurfaceSamples {
         }
     }
 
-    /// Gives every sample to the nearest centre that it sees, rather to one of the same view.
+    /// Gives every sample to the nearest centre that it sees; centres with another view count as farther.
     pub(super) fn form_patches(&mut self, scene: &Scene, rays: &mut u64) {
         let size = self.patch_size();
         let centres: Vec<SurfaceSample> = self.centres.iter().map(|c| self.all[*c]).collect();

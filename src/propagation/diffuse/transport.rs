@@ -74,7 +74,9 @@ pub struct SceneField {
     responses: Vec<PackedBands>,
     /// Sums of a response over [`DIRECTION_SPANS`]: `[to × patches + from]`.
     spans: Vec<[BandArray; DIRECTION_SPANS.len()]>,
+    /// Energy that begins in the air, evenly and in all directions, and leaves patches.
     of_air: AirEnergy,
+    /// How energy is spread over the patches late in the responses.
     late_states: LateStates,
     /// Counts calls of [`Self::renew`].
     pub(crate) renewals: u64,
