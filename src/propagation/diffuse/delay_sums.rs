@@ -24,6 +24,9 @@ const VARIED: (f32, f32) = (0.88, 0.25);
 /// Delay in time steps after which nothing is added: the end of the course of energy that begins in the air.
 pub(crate) const LONGEST: f32 = LONG_STEPS as f32;
 
+/// Least relative change of a patch's energies in [`DelaySums::balance`]: they stay positive.
+const LEAST_MORE: f32 = -0.9;
+
 /// Factor of delays before they are compared with the ends of spans, different for each `number`.
 pub(crate) fn varied((least, range): (f32, f32), number: usize) -> f32 {
     least + range * unit(mix(number as u64))
@@ -76,6 +79,8 @@ pub(crate) struct DelaySums {
     of_patches: Vec<DelaySum>,
     /// Of energy that begins in the air, evenly and in all directions: `[span × patches + to]`.
     of_air: Vec<DelaySum>,
+    /// By how much the energy that is scattered of each patch's is less than its own rays found.
+    missing: Vec<BandArray>,
 }
 
 impl DelaySums {
@@ -84,6 +89,7 @@ impl DelaySums {
             patches,
             of_patches: vec![DelaySum::default(); SPANS * patches * patches],
             of_air: vec![DelaySum::default(); SPANS * patches],
+            missing: vec![[0.0; BANDS]; patches],
         }
     }
 
@@ -93,17 +99,81 @@ impl DelaySums {
 
     /// Adds energy that is heard of a patch, and that it radiates.
     pub(crate) fn add(&mut self, arrival: Arrival, leaving: &BandArray, scattered: &BandArray) {
-        let Arrival {
+        self.add_between(arrival, 1.0, leaving, scattered);
+        self.add_of_air(arrival, leaving, scattered);
+    }
+
+    /// Adds energy that a patch scatters, and what the patch that it came from would scatter of the same ray backwards: both are
+    /// estimates of one exchange. [`Self::balance`] has to follow.
+    pub(crate) fn add_both_ways(
+        &mut self,
+        arrival: Arrival,
+        scattered: &BandArray,
+        backwards: &BandArray,
+    ) {
+        self.add_between(arrival, 0.5, scattered, scattered);
+        self.add_of_air(arrival, scattered, scattered);
+        for b in 0..BANDS {
+            self.missing[arrival.from][b] += 0.5 * scattered[b];
+        }
+        let (from, to) = (arrival.to, arrival.from);
+        let reversed = Arrival {
             from,
             to,
-            steps,
-            in_air,
-        } = arrival;
-        let span = span_of(steps, from * self.patches + to);
+            ..arrival
+        };
+        self.add_between(reversed, 0.5, backwards, backwards);
+        for b in 0..BANDS {
+            self.missing[from][b] -= 0.5 * backwards[b];
+        }
+    }
+
+    fn add_between(
+        &mut self,
+        arrival: Arrival,
+        gain: f32,
+        leaving: &BandArray,
+        scattered: &BandArray,
+    ) {
+        let Arrival { from, to, .. } = arrival;
+        let span = span_of(arrival.steps, from * self.patches + to);
         let own = &mut self.of_patches[(from * SPANS + span) * self.patches + to];
-        own.add(steps, 1.0, leaving, scattered);
-        let span = span_of(steps, to);
-        self.of_air[span * self.patches + to].add(steps, in_air, leaving, scattered);
+        own.add(arrival.steps, gain, leaving, scattered);
+    }
+
+    fn add_of_air(&mut self, arrival: Arrival, leaving: &BandArray, scattered: &BandArray) {
+        let Arrival {
+            to, steps, in_air, ..
+        } = arrival;
+        let own = &mut self.of_air[span_of(steps, to) * self.patches + to];
+        own.add(steps, in_air, leaving, scattered);
+    }
+
+    /// Gives what each patch's energy leaves at all patches the level that its own rays found: the exchange takes and adds no energy.
+    pub(crate) fn balance(&mut self) {
+        let rows = self
+            .of_patches
+            .chunks_exact_mut((SPANS * self.patches).max(1));
+        for (row, missing) in rows.zip(&mut self.missing) {
+            let mut total = [0.0; BANDS];
+            for sum in &*row {
+                for b in 0..BANDS {
+                    total[b] += sum.scattered[b];
+                }
+            }
+            let more: BandArray = std::array::from_fn(|b| match total[b] > 0.0 {
+                true => (missing[b] / total[b]).max(LEAST_MORE),
+                false => 0.0,
+            });
+            for sum in row {
+                for b in 0..BANDS {
+                    let more = more[b] * sum.scattered[b];
+                    sum.scattered[b] += more;
+                    sum.leaving[b] += more;
+                }
+            }
+            *missing = [0.0; BANDS];
+        }
     }
 
     /// Sums of one patch's energy and one span, by destination.
@@ -154,6 +224,41 @@ fn span_of(steps: f32, number: usize) -> usize {
 mod tests {
     use super::*;
     use crate::propagation::diffuse::fit_spans::STEPS;
+
+    /// A small patch and a large one of other scattering. Its own ray found that the first sends 0.02 to the second, and a ray of the second
+    /// one that it sends nothing to the first: each direction gets the mean, and no patch's energy changes.
+    #[test]
+    fn an_exchange_has_the_rays_of_both_directions() {
+        let mut sums = DelaySums::new(2);
+        let steps = 4.0;
+        let arrival = |from, to| Arrival {
+            from,
+            to,
+            steps,
+            in_air: 0.0,
+        };
+        let all = |energy: f32| [energy; BANDS];
+        // Areas of 1 and 4, which scatter 0.5 and 0.2 of what arrives: of 0.1 of the first one's energy.
+        sums.add_both_ways(arrival(0, 1), &all(0.1 * 0.2), &all(0.1 * 0.5 / 4.0));
+        sums.add_both_ways(arrival(0, 0), &all(0.9 * 0.5), &all(0.9 * 0.5));
+        sums.add_both_ways(arrival(1, 1), &all(0.2), &all(0.2));
+        sums.balance();
+        let sent = |from: usize, to: usize| -> f32 {
+            let spans = (0..SPANS).map(|span| sums.of_span(from, span)[to]);
+            let sums = spans.map(|sum| {
+                assert_eq!(sum.leaving, sum.scattered);
+                sum.scattered[3]
+            });
+            sums.sum()
+        };
+        let totals = [0, 1].map(|from| sent(from, 0) + sent(from, 1));
+        assert!((totals[0] - 0.47).abs() < 1e-6 && (totals[1] - 0.2).abs() < 1e-6);
+        let incident = [sent(0, 1) / 0.2, 4.0 * sent(1, 0) / 0.5];
+        assert!(
+            incident.iter().all(|e| (e / 0.05 - 1.0).abs() < 0.04),
+            "{incident:?}"
+        );
+    }
 
     /// Energy that arrives evenly over time at all patches has no bursts: what is in a tenth of the time is within 1.5 dB of
     /// what came. With the same ends for all it was none in some and four times as much in others.

@@ -2,7 +2,8 @@
 //!
 //! Own; after acoustic radiance transfer (\[SILTANEN07\]) and common slopes (\[GOTZ23\]). A patch radiates by Lambert's
 //! law. Its rays are then reflected specularly; at each reflection the scattered part ends at a patch and is radiated by it
-//! again, and the transmitted part is radiated by the patch behind the wall. Specular reflections are therefore exact, the
+//! again, and the transmitted part is radiated by the patch behind the wall. A ray is also one in the other direction: what its two ends
+//! send to each other per area is alike, and each exchange has the rays of both. Specular reflections are therefore exact, the
 //! position within a patch is forgotten at scattering. The response of patch `j` to patch `i` is the energy that leaves `j`
 //! over time for one unit that `i` radiates, all orders. It belongs to the scene: sources and listeners share it.
 
@@ -124,6 +125,7 @@ impl SceneField {
         let is_changed = self.samples.look_around(scene, rays);
         let mut sums = self.begin_trace();
         self.trace(scene, 0..self.samples.all.len(), &mut sums, rays);
+        sums.balance();
         self.take_transports(scene, &sums, rays);
         is_changed
     }
@@ -253,6 +255,13 @@ impl SceneField {
             for number in 0..RAYS_PER_SAMPLE {
                 let mut ray = probe_ray(sample, index, number, RAYS_PER_SAMPLE);
                 let mut last = sample.surface;
+                // What the sample would scatter of energy that arrives along the ray.
+                let surface = scene.surface(sample.surface);
+                let of_start = scene
+                    .reflectance_of(surface)
+                    .energy(ray.direction.dot(sample.normal));
+                let scattering = &scene.material_of(surface).scattering;
+                let of_start: BandArray = std::array::from_fn(|b| of_start[b] * scattering[b]);
                 let mut share = [of_ray; BANDS];
                 let floor = MIN_SHARE * share[0];
                 let (mut length_m, mut in_air) = (0.0, 0.0);
@@ -320,18 +329,22 @@ impl SceneField {
                     let is_last = order + 1 == MAX_ORDER
                         || steps >= LONGEST
                         || share.iter().all(|s| *s < floor);
-                    if is_last {
-                        for b in 0..BANDS {
-                            scattered[b] += share[b];
-                        }
-                    }
                     let arrival = Arrival {
                         from,
                         to: patch,
                         steps,
                         in_air,
                     };
-                    sums.add(arrival, &scattered, &scattered);
+                    if found.is_some() {
+                        let ratio = patch_m2 / self.samples.patch_m2[patch];
+                        let backwards = std::array::from_fn(|b| ratio * incident[b] * of_start[b]);
+                        sums.add_both_ways(arrival, &scattered, &backwards);
+                    } else {
+                        sums.add(arrival, &scattered, &scattered);
+                    }
+                    if is_last {
+                        sums.add(arrival, &share, &share);
+                    }
                     if let Some(behind) = found.and_then(|found| found.behind) {
                         let factor = scene.transmission_factor(hit.group);
                         let through = std::array::from_fn(|b| incident[b] * factor[b] * factor[b]);
@@ -409,6 +422,7 @@ impl FieldRenewal {
         let is_traced = range.is_empty();
         self.field.trace(scene, range, &mut self.sums, rays);
         is_traced.then(|| {
+            self.sums.balance();
             self.field.take_transports(scene, &self.sums, rays);
             std::mem::take(&mut self.field)
         })
