@@ -55,7 +55,7 @@ const SLOWEST: f64 = 0.7;
 const MIN_KEPT: f32 = 1e-3;
 
 /// Share of the patches that have no faster decay than the fastest group.
-const FAST_QUANTILE: f32 = 0.9;
+const FAST_QUANTILE: f32 = 0.95;
 
 /// What becomes of the energy that a patch radiates, up to its first reflection.
 #[derive(Debug, Clone, Copy)]
@@ -155,9 +155,10 @@ fn rates_of(
     for b in 0..BANDS {
         let fitted = slow_slope(total, b).map_or(most, |slope| slope * per_s);
         let slowest = f64::from(field.slowest[b]) * per_s;
+    let weights = weights_of_patches(field);
         let slow = slowest + fitted_share(fall_db(total)[b]) * (fitted - slowest);
         let slow = slow.clamp(least, most);
-        let fast = quantile(local, field.share, b, FAST_QUANTILE);
+        let fast = quantile(local, &weights, b, FAST_QUANTILE);
         let ratio = (fast / slow).max(2.0);
         let share = ((ratio.log2() - ONE_DECAY) / (TWO_DECAYS - ONE_DECAY)).clamp(0.0, 1.0);
         let other = (SLOWER.powf(1.0 - share) * ratio.powf(0.5 * share)).min(MAX_SECOND_RATE);
@@ -208,19 +209,29 @@ fn fitted_share(fall_db: f32) -> f64 {
     f64::from(share.clamp(0.0, 1.0))
 }
 
-/// Value below which `wanted` of the patches' shares lie.
-fn quantile(values: &[BandArray], share: &[f32], band: usize, wanted: f32) -> f64 {
+/// Shares of the surface, times the squared shares of the rays that arrive anywhere. The outer walls of a house have the fastest decay of
+/// all, and next to nothing of it is heard.
+fn weights_of_patches(field: &PatchDecays<'_>) -> Vec<f32> {
+    let patches = field.share.iter().zip(field.first_legs);
+    patches
+        .map(|(share, legs)| share * legs.arriving.iter().sum::<f32>().powi(2))
+        .collect()
+}
+
+/// Value below which `wanted` of the patches' weights lie.
+fn quantile(values: &[BandArray], weights: &[f32], band: usize, wanted: f32) -> f64 {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|a, b| values[*a][band].total_cmp(&values[*b][band]));
     let mut sum = 0.0;
     let reaches = |index: &&usize| {
-        sum += share[**index];
+        sum += weights[**index];
         sum >= wanted
     };
     let found = order.iter().find(reaches).or(order.last());
     found.map_or(0.0, |index| f64::from(values[*index][band]))
 }
 
+    let wanted = wanted * weights.iter().sum::<f32>();
 /// Decay per time step in the second half of the audible range. In the open a few echoes arrive there with gaps between them, and
 /// the last one is no sign of energy that grows: with gaps the line goes through the largest energy that is still to come, and
 /// from the echo before on where the last one is the only one in that half.
