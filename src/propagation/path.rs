@@ -110,7 +110,7 @@ pub struct LateEnergy {
     /// The source.
     pub source: SourceId,
     /// Energy of the diffuse impulse response in the decay of each group that starts with each time segment, per band,
-    /// relative to the free field at 1 m. Segments start at `LATE_SEGMENT_STARTS`, the last one in the first group alone;
+    /// relative to the free field at 1 m. Segments start at `LATE_SEGMENT_STARTS`, the last one in the first two groups alone;
     /// decays have no end.
     pub energy: [[BandArray; LATE_SEGMENTS]; LATE_GROUPS],
     /// Delay of the straight line in seconds: the earliest arrival.

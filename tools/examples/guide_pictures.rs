@@ -205,10 +205,11 @@ const BAND: usize = 4;
 fn late_energy_per_s(set: &PathSet, time_s: f64) -> f64 {
     let mut sum = 0.0;
     for late in &set.late {
-        for (group, segments) in set.late_groups.iter().zip(&late.energy) {
+        let groups = set.late_groups.iter().zip(LATE_SEGMENT_STARTS);
+        for ((group, starts), segments) in groups.zip(&late.energy) {
             // Nepers of energy a second.
             let decay = 6.0 * 10f64.ln() / f64::from(group.decay_time_s[BAND]);
-            for (energy, start) in segments.iter().zip(LATE_SEGMENT_STARTS) {
+            for (energy, start) in segments.iter().zip(starts) {
                 let start_s = f64::from(late.start_s) + start * f64::from(late.mean_free_time_s);
                 if time_s >= start_s && decay.is_finite() {
                     let passed = (-decay * (time_s - start_s)).exp();

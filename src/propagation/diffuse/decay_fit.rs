@@ -7,7 +7,7 @@
 
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::energy_course::BIN_STEPS;
-use crate::propagation::diffuse::envelope::{DecayColumns, NEPERS_OF_60_DB};
+use crate::propagation::diffuse::envelope::{DecayColumns, NEPERS_OF_60_DB, has_slower_last};
 use crate::propagation::diffuse::long_responses::STATE_BINS;
 use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
 use crate::propagation::late_group::LATE_GROUPS;
@@ -49,7 +49,10 @@ const SPREADING: f64 = 1.08;
 /// Rate of the second group there, relative to that of its energy, and the least relative to the slow one's: a sum of decays is not slower
 /// than the slowest.
 const BEYOND_LATE: f64 = 0.93;
-const SLOWEST: f64 = 0.7;
+const SLOWEST: f64 = 0.8;
+
+/// The least one where the second group cannot start late, as a source's delay line is too short.
+const SLOWEST_OF_EARLY: f64 = 0.7;
 
 /// Least share of the energy after a reflection in local rates.
 const MIN_KEPT: f32 = 1e-3;
@@ -110,11 +113,11 @@ pub(crate) struct CommonDecays {
 impl CommonDecays {
     /// From the energy of a field over time, and what its patches' rays meet.
     pub(crate) fn of(field: &PatchDecays<'_>) -> Self {
-        let rates = rates_of(field.total, &local_rates(field), field);
+        let (rates, spreading) = rates_of(field.total, &local_rates(field), field);
         Self {
             times_s: rates
                 .map(|rates| rates.map(|rate| (NEPERS_OF_60_DB / f64::from(rate)) as f32)),
-            columns: DecayColumns::new(&rates, field.step_s),
+            columns: DecayColumns::new(&rates, &spreading, field.step_s),
         }
     }
 }
@@ -139,12 +142,12 @@ fn local_rates(field: &PatchDecays<'_>) -> Vec<BandArray> {
 }
 
 /// Decay rates of the groups in nepers of energy per second, from the energy of the whole scene and the rates around its
-/// patches.
+/// patches, and to which share the second group is for energy that still arrives from other spaces.
 fn rates_of(
     total: &[BandArray],
     local: &[BandArray],
     field: &PatchDecays<'_>,
-) -> [BandArray; LATE_GROUPS] {
+) -> ([BandArray; LATE_GROUPS], BandArray) {
     let per_s = 1.0 / f64::from(field.step_s);
     let range = DECAY_RANGE_S;
     let (least, most) = (
@@ -152,10 +155,15 @@ fn rates_of(
         NEPERS_OF_60_DB / f64::from(range.0),
     );
     let mut rates = [[0.0; BANDS]; LATE_GROUPS];
+    let mut spreading = [0.0; BANDS];
+    let weights = weights_of_patches(field);
+    let slowest_rate = match has_slower_last(field.step_s) {
+        true => SLOWEST,
+        false => SLOWEST_OF_EARLY,
+    };
     for b in 0..BANDS {
         let fitted = slow_slope(total, b).map_or(most, |slope| slope * per_s);
         let slowest = f64::from(field.slowest[b]) * per_s;
-    let weights = weights_of_patches(field);
         let slow = slowest + fitted_share(fall_db(total)[b]) * (fitted - slowest);
         let slow = slow.clamp(least, most);
         let fast = quantile(local, &weights, b, FAST_QUANTILE);
@@ -163,16 +171,17 @@ fn rates_of(
         let share = ((ratio.log2() - ONE_DECAY) / (TWO_DECAYS - ONE_DECAY)).clamp(0.0, 1.0);
         let other = (SLOWER.powf(1.0 - share) * ratio.powf(0.5 * share)).min(MAX_SECOND_RATE);
         let late = slower_of_growth(field.growth[b], slow / per_s);
-        let slower = (late * BEYOND_LATE).max(SLOWEST).min(other);
-        let share = (1.0 / late.max(SLOWEST) - SPREAD) / (SPREADING - SPREAD);
+        let slower = (late * BEYOND_LATE).max(slowest_rate).min(other);
+        let share = (1.0 / late.max(slowest_rate) - SPREAD) / (SPREADING - SPREAD);
         let share = share.clamp(0.0, 1.0);
+        spreading[b] = share as f32;
         let other = other.powf(1.0 - share) * slower.powf(share);
         let of_groups = [slow, slow * other, slow * ratio];
         for (rates, rate) in rates.iter_mut().zip(of_groups) {
             rates[b] = rate.clamp(least, most) as f32;
         }
     }
-    rates
+    (rates, spreading)
 }
 
 /// Decay rate that `growth` from one late state to the next means, relative to a `rate` in nepers of energy per time step.
@@ -222,6 +231,7 @@ fn weights_of_patches(field: &PatchDecays<'_>) -> Vec<f32> {
 fn quantile(values: &[BandArray], weights: &[f32], band: usize, wanted: f32) -> f64 {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|a, b| values[*a][band].total_cmp(&values[*b][band]));
+    let wanted = wanted * weights.iter().sum::<f32>();
     let mut sum = 0.0;
     let reaches = |index: &&usize| {
         sum += weights[**index];
@@ -231,7 +241,6 @@ fn quantile(values: &[BandArray], weights: &[f32], band: usize, wanted: f32) -> 
     found.map_or(0.0, |index| f64::from(values[*index][band]))
 }
 
-    let wanted = wanted * weights.iter().sum::<f32>();
 /// Decay per time step in the second half of the audible range. In the open a few echoes arrive there with gaps between them, and
 /// the last one is no sign of energy that grows: with gaps the line goes through the largest energy that is still to come, and
 /// from the echo before on where the last one is the only one in that half.

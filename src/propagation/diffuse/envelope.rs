@@ -28,10 +28,15 @@ use crate::simd::{LaneSet, Lanes, kernel};
 /// 60 dB in nepers of energy.
 pub(crate) const NEPERS_OF_60_DB: f64 = 6.0 * std::f64::consts::LN_10;
 
-/// Starts of the segments, in mean free times after the straight line's arrival.
+/// Starts of each group's segments, in mean free times after the straight line's arrival.
 ///
-/// The last one is for energy that builds up slowly, as in a room behind another one. Only the slowest decay starts so late.
-pub const LATE_SEGMENT_STARTS: [f64; LATE_SEGMENTS] = [0.0, 1.0, 3.5, 9.5, 25.0];
+/// The last ones are for energy that builds up slowly, as in a room behind another one: the first group has one in all scenes, the second one
+/// where energy still arrives from other spaces late. The third group has none.
+pub const LATE_SEGMENT_STARTS: [[f64; LATE_SEGMENTS]; LATE_GROUPS] = [
+    [0.0, 1.0, 3.5, 9.5, 25.0],
+    [0.0, 1.0, 3.5, 9.5, 45.0],
+    [0.0, 1.0, 3.5, 9.5, 25.0],
+];
 
 /// Latest start in seconds: a source's delay line is as long.
 const LATEST_S: f32 = 0.35;
@@ -69,18 +74,26 @@ const LAST_SEGMENT: usize = LATE_SEGMENTS - 1;
 /// these in a dead room beside a live one too, where T20 was 12.5 % off instead of 9.7.
 const LAST_SHARE: f32 = 0.05;
 
-/// All groups have all segments but the last, the first group has all.
-const COLUMNS: usize = LATE_GROUPS * (LATE_SEGMENTS - 1) + 1;
+/// All groups have all segments but the last, the first two have all.
+const COLUMNS: usize = LATE_GROUPS * LATE_SEGMENTS - 1;
+
+/// Columns of the last segments.
+const LAST: usize = LAST_SEGMENT;
+const SLOWER_LAST: usize = LATE_SEGMENTS + LAST_SEGMENT;
 
 /// Group and segment of a column of the fit.
 const fn group_and_segment(column: usize) -> (usize, usize) {
-    match column {
-        ..LATE_SEGMENTS => (0, column),
-        _ => (
-            (column - 1) / (LATE_SEGMENTS - 1),
-            (column - 1) % (LATE_SEGMENTS - 1),
-        ),
-    }
+    (column / LATE_SEGMENTS, column % LATE_SEGMENTS)
+}
+
+/// Start of a group's segment in time steps.
+fn start_steps(group: usize, segment: usize) -> f32 {
+    LATE_SEGMENT_STARTS[group][segment] as f32 * STEPS_PER_FREE_TIME
+}
+
+/// Whether the second group's last segment is within a source's delay line, for time steps in seconds.
+pub(crate) fn has_slower_last(step_s: f32) -> bool {
+    start_steps(1, LAST_SEGMENT) * step_s <= LATEST_S
 }
 
 /// The decays that arrivals are fitted by.
@@ -90,8 +103,8 @@ pub(crate) struct DecayColumns {
     spans: [[BandArray; LONG_SPANS]; COLUMNS],
     /// Starts of the fit, relative to those of the last group.
     starts: [BandArray; COLUMNS],
-    /// Whether the last segment has energy in any band.
-    has_last: bool,
+    /// Whether the last segments of the first two groups have energy in any band.
+    has_last: [bool; 2],
 }
 
 impl Default for DecayColumns {
@@ -99,14 +112,20 @@ impl Default for DecayColumns {
         Self {
             spans: [[[0.0; BANDS]; LONG_SPANS]; COLUMNS],
             starts: [[1.0; BANDS]; COLUMNS],
-            has_last: false,
+            has_last: [false; 2],
         }
     }
 }
 
 impl DecayColumns {
-    /// For decay rates in nepers per second and time steps in seconds.
-    pub(crate) fn new(rates: &[BandArray; LATE_GROUPS], step_s: f32) -> Self {
+    /// For decay rates in nepers per second, time steps in seconds, and the share of [`PatchDecays::growth`] that the second group is for.
+    ///
+    /// [`PatchDecays::growth`]: crate::propagation::diffuse::decay_fit::PatchDecays::growth
+    pub(crate) fn new(
+        rates: &[BandArray; LATE_GROUPS],
+        spreading: &BandArray,
+        step_s: f32,
+    ) -> Self {
         let mut columns = Self::default();
         for (number, start) in columns.starts.iter_mut().enumerate() {
             let (group, segment) = group_and_segment(number);
@@ -114,6 +133,7 @@ impl DecayColumns {
             for b in 0..BANDS {
                 let ratio = (rates[1][b] / rates[0][b]).min(1.0);
                 start[b] *= match (group, segment) {
+                    (1, LAST_SEGMENT) => LAST_SHARE * spreading[b] * ratio.powi(BEYOND_SLOWEST),
                     (1, _) => ratio.powi(BEYOND_SLOWEST),
                     (0, LAST_SEGMENT) => LAST_SHARE,
                     _ => 1.0,
@@ -123,7 +143,7 @@ impl DecayColumns {
         for (number, column) in columns.spans.iter_mut().enumerate() {
             let (group, segment) = group_and_segment(number);
             let rate = &rates[group];
-            let start = LATE_SEGMENT_STARTS[segment] as f32 * STEPS_PER_FREE_TIME;
+            let start = start_steps(group, segment);
             let is_last = segment == LAST_SEGMENT;
             let left = |edge: f32| {
                 let after_s = (edge - start).max(0.0) * step_s;
@@ -134,14 +154,17 @@ impl DecayColumns {
                 // Energy at a time step is what arrives half a step around it.
                 let after = left(end as f32 - 0.5);
                 for b in 0..BANDS {
-                    let is_used = !is_last || start * step_s <= LATEST_S;
+                    let is_asked_for = group == 0 || spreading[b] > 0.0;
+                    let is_used = !is_last || start * step_s <= LATEST_S && is_asked_for;
                     span[b] = if is_used { before[b] - after[b] } else { 0.0 };
                 }
                 before = after;
             }
         }
-        let last = columns.spans[LAST_SEGMENT].as_flattened();
-        columns.has_last = last.iter().any(|energy| *energy > 0.0);
+        columns.has_last = [LAST, SLOWER_LAST].map(|last| {
+            let energies = columns.spans[last].as_flattened();
+            energies.iter().any(|energy| *energy > 0.0)
+        });
         columns
     }
 }
@@ -412,8 +435,9 @@ kernel! {
         }
         let weighted = (&weights[..energy.len()], &shares[..energy.len()]);
         match decays.has_last {
-            true => multiply::<L, COLUMNS>(weighted, decays, fitted),
-            false => multiply::<L, { COLUMNS - 1 }>(weighted, decays, fitted),
+            [_, true] => multiply::<L, COLUMNS>(weighted, decays, fitted),
+            [true, false] => multiply::<L, { COLUMNS - 1 }>(weighted, decays, fitted),
+            [false, false] => multiply::<L, { COLUMNS - 2 }>(weighted, decays, fitted),
         }
         let (mut model, mut total) = ([0.0f32; BANDS], [0.0f32; BANDS]);
         for (span, energy) in energy.iter().enumerate().take(known) {
@@ -433,14 +457,13 @@ kernel! {
     }
 }
 
-/// Number `index` of the columns that are fitted: all, or all but the last segment's. Without energy it would have none of the
-/// arrivals, and its products are zeros.
+/// Number `index` of the columns that are fitted: all, or all but the last segments'. Without energy these would have none of the
+/// arrivals, and their products are zeros.
 #[inline(always)]
 fn column_of<const COUNT: usize>(index: usize) -> usize {
-    match COUNT < COLUMNS && index >= LAST_SEGMENT {
-        true => index + 1,
-        false => index,
-    }
+    let without_last = COUNT + 2 <= COLUMNS && index >= LAST;
+    let column = index + usize::from(without_last);
+    column + usize::from(COUNT < COLUMNS && column >= SLOWER_LAST)
 }
 
 /// The rounds of the fit of `COUNT` columns, for spans of given weights and shares of the loudest one.
@@ -531,7 +554,7 @@ pub fn late_segments(
     };
     let heard = (0..COLUMNS).map(group_and_segment).filter(is_heard);
     heard.map(move |(group, segment)| {
-        let after = LATE_SEGMENT_STARTS[segment] * f64::from(late.mean_free_time_s);
+        let after = LATE_SEGMENT_STARTS[group][segment] * f64::from(late.mean_free_time_s);
         let start_s = f64::from(late.start_s) + after;
         let energy = &late.energy[group][segment];
         let decay_time_s = &groups[group].decay_time_s;

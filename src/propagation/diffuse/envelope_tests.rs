@@ -61,7 +61,7 @@ fn two_slopes_with_a_slow_start_are_fitted() {
     let mut late = LateEnergy::silent(SourceId::default());
     late.start_s = nearest_s;
     late.mean_free_time_s = STEPS_PER_FREE_TIME * step_s;
-    let columns = DecayColumns::new(&rates, step_s);
+    let columns = DecayColumns::new(&rates, &[0.0; BANDS], step_s);
     histogram.fit(&columns, &EnergyCourse::default(), 1.0, &mut late);
     for (first, end) in [(0, 8), (8, 20), (20, 40), (40, 70)] {
         let expected: f64 = histogram.energy[first..end]
@@ -97,7 +97,7 @@ fn energy_that_builds_up_slowly_is_fitted() {
     late.start_s = nearest_s;
     late.mean_free_time_s = STEPS_PER_FREE_TIME * step_s;
     histogram.fit(
-        &DecayColumns::new(&rates, step_s),
+        &DecayColumns::new(&rates, &[0.0; BANDS], step_s),
         &EnergyCourse::default(),
         1.0,
         &mut late,
@@ -112,6 +112,57 @@ fn energy_that_builds_up_slowly_is_fitted() {
         println!("{first} to {end}: {off_db:.2} dB");
         assert!(off_db.abs() < 0.8, "{first} to {end}: {off_db} dB");
     }
+}
+
+/// From the first of three rooms to the last one: what arrives per second is in proportion to the time and to the rooms' decay. Without the
+/// second group's late start the early decay time is 16 % too short.
+#[test]
+fn energy_through_a_room_between_is_fitted() {
+    let (step_s, nearest_s) = (0.0046f32, 0.038f32);
+    let times = [1.9f32, 1.9 / 0.8, 0.27];
+    let rates = times.map(|time_s| [(NEPERS_OF_60_DB / f64::from(time_s)) as f32; BANDS]);
+    let groups = times.map(|time_s| LateGroup::isotropic([time_s; BANDS]));
+    let energy_at = |step: usize| {
+        let time_s = (step as f32 * step_s - 0.03).max(0.0);
+        let grown = time_s * (1.0 - (-time_s / 0.03).exp());
+        rates[0].map(|rate| (-rate * time_s).exp() * grown)
+    };
+    let mut histogram = ArrivalHistogram::new(step_s, nearest_s);
+    histogram.energy = std::array::from_fn(energy_at);
+    go_on(&mut histogram, energy_at);
+    // The course of the air's energy goes on for as long.
+    let mut air = EnergyCourse::default();
+    let of_steps =
+        std::array::from_fn(|step| rates[0].map(|rate| (-rate * step as f32 * step_s).exp()));
+    let bins = std::array::from_fn(|bin| {
+        let time_s = (STEPS + BIN_STEPS * bin) as f32 * step_s;
+        rates[0].map(|rate| BIN_STEPS as f32 * (-rate * time_s).exp())
+    });
+    air.set(&of_steps, &bins);
+    let early_decay_s = |spreading: f32| {
+        let mut late = LateEnergy::silent(SourceId::default());
+        late.start_s = nearest_s;
+        late.mean_free_time_s = STEPS_PER_FREE_TIME * step_s;
+        let columns = DecayColumns::new(&rates, &[spreading; BANDS], step_s);
+        histogram.fit(&columns, &air, 1.0, &mut late);
+        let left = |time_s: f64| energy_within(&late, &groups, time_s, 20.0);
+        let whole = left(0.0);
+        (0..4000)
+            .map(|ms| f64::from(ms) * 1e-3)
+            .find(|time_s| left(*time_s) < 0.1 * whole)
+    };
+    let left = |first: usize| -> f64 {
+        (first..3000)
+            .map(|step| f64::from(energy_at(step)[3]))
+            .sum()
+    };
+    let expected = (0..3000).find(|step| left(*step) < 0.1 * left(0)).unwrap();
+    let expected_s = f64::from(nearest_s) + f64::from(step_s) * expected as f64;
+    let [without, with] =
+        [0.0, 1.0].map(|spreading| early_decay_s(spreading).unwrap() / expected_s);
+    println!("{without} without, {with} with");
+    // 5 % are just heard.
+    assert!((with - 1.0).abs() < 0.05 && without < 0.9);
 }
 
 /// A second group that is slower than the only decay gets next to nothing of it, although the arrivals fall by 10 dB only.
@@ -134,7 +185,7 @@ fn one_decay_is_not_lengthened_by_a_slower_group() {
     let mut late = LateEnergy::silent(SourceId::default());
     late.start_s = nearest_s;
     late.mean_free_time_s = STEPS_PER_FREE_TIME * step_s;
-    let columns = DecayColumns::new(&rates, step_s);
+    let columns = DecayColumns::new(&rates, &[0.0; BANDS], step_s);
     histogram.fit(&columns, &EnergyCourse::default(), 1.0, &mut late);
     // The energies are scaled to those of the arrivals.
     let arrived_s = f64::from(step_s) * (STEPS as f64 - 0.5);
@@ -154,21 +205,28 @@ fn a_segment_without_energy_is_left_out() {
     let step_s = 0.01f32;
     let times = [1.0f32, 1.2, 0.4];
     let rates = times.map(|time_s| [(NEPERS_OF_60_DB / f64::from(time_s)) as f32; BANDS]);
-    let mut columns = DecayColumns::new(&rates, step_s);
-    assert!(!columns.has_last);
+    let mut columns = DecayColumns::new(&rates, &[0.0; BANDS], step_s);
+    assert_eq!(columns.has_last, [false; 2]);
     let mut histogram = ArrivalHistogram::new(step_s, 0.02);
     for (step, energy) in histogram.energy.iter_mut().enumerate() {
         let noise = 0.5 + (mix(step as u64) >> 40) as f32 / (1 << 24) as f32;
         *energy = rates[0].map(|rate| noise * (-rate * step as f32 * step_s).exp());
     }
-    let mut fits = [LateEnergy::silent(SourceId::default()); 2];
-    for (has_last, late) in [false, true].into_iter().zip(&mut fits) {
+    let mut fits = [LateEnergy::silent(SourceId::default()); 3];
+    let has_last = [[false; 2], [true, false], [true; 2]];
+    for (has_last, late) in has_last.into_iter().zip(&mut fits) {
         columns.has_last = has_last;
         histogram.fit(&columns, &EnergyCourse::default(), 1.0, late);
     }
     assert!(fits[0].energy[0][0][3] > 0.0);
     assert_eq!(fits[0], fits[1]);
-    assert!(DecayColumns::new(&rates, 0.008).has_last);
+    assert_eq!(fits[0], fits[2]);
+    let has_last =
+        |spreading, step_s| DecayColumns::new(&rates, &[spreading; BANDS], step_s).has_last;
+    assert_eq!(has_last(0.0, 0.008), [true, false]);
+    assert_eq!(has_last(1.0, 0.008), [true, false]);
+    assert_eq!(has_last(0.0, 0.004), [true, false]);
+    assert_eq!(has_last(1.0, 0.004), [true; 2]);
 }
 
 #[test]
@@ -176,7 +234,7 @@ fn noise_does_not_move_energy_between_similar_decays() {
     let (step_s, nearest_s) = (0.006f32, 0.02f32);
     let times = [1.2f32, 1.0, 0.4];
     let rates = times.map(|time_s| [(NEPERS_OF_60_DB / f64::from(time_s)) as f32; BANDS]);
-    let columns = DecayColumns::new(&rates, step_s);
+    let columns = DecayColumns::new(&rates, &[0.0; BANDS], step_s);
     let fitted = |seed: u64| {
         let mut histogram = ArrivalHistogram::new(step_s, nearest_s);
         for (step, energy) in histogram.energy.iter_mut().enumerate() {
@@ -252,7 +310,7 @@ fn arrivals_of_few_rays_go_on_as_the_airs_energy() {
     let of_steps = std::array::from_fn(|step| [level(step as f32); BANDS]);
     let mut air = EnergyCourse::default();
     air.set(&of_steps, &std::array::from_fn(|bin| bins(&level, bin)));
-    let columns = DecayColumns::new(&rates, step_s);
+    let columns = DecayColumns::new(&rates, &[0.0; BANDS], step_s);
     let off_db = |variance: f32, expected: &dyn Fn(f32) -> f32| {
         let mut histogram = ArrivalHistogram::new(step_s, 0.0);
         for (step, energy) in of_steps.iter().enumerate() {

@@ -1,8 +1,8 @@
 //! Lengths of the delay lines by need, as propagation knows them.
 
 use crate::generation::{GeneratorSettings, LongerLine, first_longest_s};
+use crate::propagation::PathSet;
 use crate::propagation::diffuse::envelope::LATE_SEGMENT_STARTS;
-use crate::propagation::{LateEnergy, PathSet};
 
 /// Seconds that a line is longer at least than what an update needs: paths change until the next update.
 const RESERVE_S: f64 = 0.01;
@@ -59,15 +59,12 @@ impl LineLengths {
             let length_m = pose.position.distance(update.listener.position);
             (pose.id, f64::from(length_m) / speed_m_s)
         });
-        let is_heard = |late: &LateEnergy, segment: usize| {
-            let energies = late.energy.iter().map(|group| &group[segment]);
-            energies.flatten().any(|energy| *energy > 0.0)
-        };
         let late = update.late.iter().chain(&update.predicted_late);
         let late = late.map(|late| {
-            let starts = LATE_SEGMENT_STARTS.iter().enumerate().rev();
-            let mut heard = starts.filter(|(segment, _)| is_heard(late, *segment));
-            let last = heard.next().map_or(0.0, |(_, start)| *start);
+            let energies = late.energy.as_flattened().iter();
+            let starts = energies.zip(LATE_SEGMENT_STARTS.as_flattened());
+            let heard = starts.filter(|(energy, _)| energy.iter().any(|energy| *energy > 0.0));
+            let last = heard.fold(0.0f64, |last, (_, start)| last.max(*start));
             let after_s = last * f64::from(late.mean_free_time_s);
             (late.source, f64::from(late.start_s) + after_s)
         });
