@@ -382,6 +382,7 @@ pub(super) fn all() -> Vec<Room> {
         ),
         row("first of three rooms", [2.5, 1.5, 2.0], [6.0, 1.6, 4.6]),
         row("second to third room", [10.0, 1.5, 1.0], [15.5, 1.6, 1.7]),
+        row("third to first room", [15.5, 1.5, 1.7], [2.5, 1.6, 2.0]),
         partition("partition of 20 dB", 20.0),
         partition("partition of 35 dB", 35.0),
         tetrahedron(),
