@@ -8,8 +8,8 @@ use foresound::propagation::Path;
 use foresound::propagation::diffraction::{self, DiffractionSequence, direct_field};
 use foresound::propagation::endpoints::Endpoints;
 use foresound::scene::edges::DiffractingEdges;
-use foresound::scene::{InstanceId, InstancePose, Scene, SourcePose};
-use glam::{Quat, Vec3};
+use foresound::scene::{InstanceId, InstancePose, Scene, SourcePose, TriangleMesh};
+use glam::{Quat, Vec2, Vec3};
 use parts::{block, commit, joined, source};
 
 /// Distance between two listeners in metres.
@@ -184,4 +184,58 @@ fn paths_over_two_edges_begin_in_the_light() {
         }
     }
     assert!(boundaries > 0 && in_light > 100, "{boundaries} {in_light}");
+}
+
+/// Sound pressure of all paths of an update in the bands up to 500 Hz, and the root of their energy.
+fn pressures(paths: &[Path]) -> [(Vec2, f32); 4] {
+    std::array::from_fn(|band| {
+        let wavenumber = std::f32::consts::TAU * 62.5 * 2f32.powi(band as i32) / 343.0;
+        let wave = |p: &Path| p.amplitude[band] * Vec2::from_angle(-wavenumber * p.length_m);
+        let energy = paths.iter().map(|p| p.amplitude[band].powi(2));
+        (paths.iter().map(wave).sum(), energy.sum::<f32>().sqrt())
+    })
+}
+
+/// A sheet hides the source, and the end of another one, 12 m behind it, comes before the only edge that its sound passes. Two walls
+/// would take four edges.
+#[test]
+fn a_sheet_far_behind_another_one_hides_its_edge_by_degrees() {
+    let mut mesh = TriangleMesh::default();
+    let material = mesh.material("concrete");
+    for (left, right, z) in [(-30.0, 0.0, 0.0), (-2.4, 30.0, 12.0)] {
+        let first = mesh.vertices.len() as u32;
+        let corners = [(left, -20.0), (right, -20.0), (right, 20.0), (left, 20.0)];
+        let corners = corners.map(|(x, y)| Vec3::new(x, y, z));
+        mesh.vertices.extend(corners);
+        for corners in [[0, 1, 2], [0, 2, 3]] {
+            mesh.triangles.push(corners.map(|corner| first + corner));
+            mesh.triangle_materials.push(material);
+        }
+    }
+    let scene = commit(&mesh);
+    let mut source = source(0, Vec3::new(1.0, 1.5, -8.0));
+    source.settings.effects.reflections = false;
+    source.settings.effects.transmission = false;
+    let mut before: Option<(Vec<Path>, usize)> = None;
+    let mut boundaries = 0;
+    for step in -60..60 {
+        let at = Vec3::new(-4.0 + STEP_M * step as f32, 1.5, 20.0);
+        let endpoints = Endpoints::of(&source, at, 0.3);
+        let mut paths = Vec::new();
+        let near = &mut DiffractingEdges::default();
+        diffraction::update(&scene, &endpoints, 2, near, &mut 0, &mut |path| {
+            paths.push(path);
+        });
+        let alone = paths.iter().filter(|p| p.diffraction_order == 1).count();
+        let Some((last, alone_before)) = before.replace((paths.clone(), alone)) else {
+            continue;
+        };
+        boundaries += usize::from(alone != alone_before);
+        let pairs = pressures(&last).into_iter().zip(pressures(&paths));
+        for ((before, root), (now, new_root)) in pairs {
+            let step = before.distance(now) / root.max(new_root);
+            assert!(step < BOUND, "{at}: {step}\n{last:#?}\n{paths:#?}");
+        }
+    }
+    assert!(boundaries > 0, "no edge was hidden");
 }

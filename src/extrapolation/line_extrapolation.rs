@@ -21,6 +21,10 @@ const AHEAD_M: f32 = 0.1;
 /// Change of an amplitude between two evaluations, relative to the larger value, above which it is a switch without a slope.
 const SWITCH_RATIO: f32 = 0.5;
 
+/// Difference of an evaluated amplitude from what its line had for that frame, relative to the loudest band, above which the line has
+/// ended: a step lies between the two evaluations, and the next frame evaluates the path again for a slope behind it.
+const STEP_RATIO: f32 = 0.1;
+
 /// How far paths are extrapolated between two evaluations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ExtrapolationReach {
@@ -129,7 +133,8 @@ impl PathLine {
             last.frame < at.frame && at.frame - last.frame <= every && last.time_s < at.time_s
         };
         let last = before.filter(|last| last.sides == sides && is_recent(last));
-        let slope = last.map(|last| {
+        let is_on_line = |last: &&Self| last.leads_to(path, at);
+        let slope = last.filter(is_on_line).map(|last| {
             let share = (at.time_s - last.at.time_s).recip() as f32;
             Slope {
                 delay_s: share
@@ -153,6 +158,21 @@ impl PathLine {
             sides,
             slope,
         }
+    }
+
+    /// Whether the line has about the amplitude of `path`, evaluated later; without a slope it tells nothing.
+    fn leads_to(&self, path: &FramePath, at: FrameTime) -> bool {
+        let Some(slope) = &self.slope else {
+            return true;
+        };
+        let ahead_s = (at.time_s - self.at.time_s) as f32;
+        let (mut largest, mut off) = (0.0f32, 0.0f32);
+        for (b, now) in path.amplitude.iter().enumerate() {
+            let before = self.path.amplitude[b];
+            largest = largest.max(now.abs()).max(before.abs());
+            off = off.max((now - before - slope.amplitude[b] * ahead_s).abs());
+        }
+        off <= STEP_RATIO * largest
     }
 
     /// Sides of the boundaries of the path's waves in its last evaluation.
@@ -373,6 +393,25 @@ mod tests {
             line.ahead(rest(14), 4).map(|path| path.amplitude),
             Some([0.8; BANDS])
         );
+    }
+
+    #[test]
+    fn a_line_ends_at_a_step() {
+        let mut audible = path(0, Vec3::X, Vec3::ZERO);
+        let mut evaluate = |level: f32, frame, before: Option<&PathLine>| {
+            audible.amplitude = [level; BANDS];
+            PathLine::through((&audible, 0), rest(frame), before, 4)
+        };
+        let first = evaluate(0.20, 10, None);
+        let line = evaluate(0.21, 11, Some(&first));
+        // On the line the amplitude would be 0.25, at most 10 % of the larger one off.
+        let on_line = evaluate(0.26, 15, Some(&line));
+        assert!(at(&on_line, 17, 4, 4).is_some());
+        let behind = evaluate(0.32, 15, Some(&line));
+        assert!(at(&behind, 17, 4, 4).is_none());
+        let further = evaluate(0.33, 16, Some(&behind));
+        let level = at(&further, 17, 4, 4).map(|path| path.amplitude[0]);
+        assert!(level.is_some_and(|level| (level - 0.34).abs() < 1e-5));
     }
 
     #[test]

@@ -204,7 +204,7 @@ fn truncate(
 }
 
 /// Factor on a face's part: for a fading face 0 at the reflection's boundary, where the part is ½, and 1 from ¼ down.
-fn continuation_factor(part: Complex, is_fading: bool) -> f64 {
+pub(super) fn continuation_factor(part: Complex, is_fading: bool) -> f64 {
     match is_fading {
         true => 1.0 - smoothstep(4.0 * part.abs() - 1.0),
         false => 1.0,

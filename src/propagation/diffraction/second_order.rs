@@ -1,5 +1,7 @@
 //! Paths of second-order diffraction, such as around a thick wall or through two doorways.
 
+use glam::DVec3;
+
 use crate::propagation::diffraction::edge_wave::local_positions;
 use crate::propagation::diffraction::first_order::DirectEdges;
 use crate::propagation::diffraction::ranked_list::insert_ranked;
@@ -10,7 +12,7 @@ use crate::propagation::diffraction::{MAX_DETOUR_M, moving_edge_pairs};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
-use crate::scene::edges::{DiffractingEdges, Edge};
+use crate::scene::edges::{DiffractingEdges, Edge, REACH_M};
 
 /// Most paths over two edges of one source.
 pub const MAX_TWO_EDGE_PATHS: usize = 8;
@@ -18,8 +20,14 @@ pub const MAX_TWO_EDGE_PATHS: usize = 8;
 /// Most paths tested for visibility, shortest first.
 const MAX_TESTED: usize = 24;
 
-/// Emits the loudest paths over two edges, [`MAX_TWO_EDGE_PATHS`] at most. One edge is of `near`, or belongs to an instance
-/// ([`moving_edge_pairs`]). Paths that waves over one of the `direct` edges include are left out. Adds the rays cast to
+/// The same of paths over two near edges that are no neighbours: they may not see each other.
+const MAX_TESTED_APART: usize = 12;
+
+/// Near edges that are paired with each other for these, shortest path first.
+const MAX_PAIRED_APART: usize = 16;
+
+/// Emits the loudest paths over two edges, [`MAX_TWO_EDGE_PATHS`] at most. One edge is of `near` and the other its neighbour or of
+/// `near` too, or one belongs to an instance ([`moving_edge_pairs`]). Paths that waves over one of the `direct` edges include are left out. Adds the rays cast to
 /// `rays`.
 pub fn find(
     scene: &Scene,
@@ -69,11 +77,13 @@ pub fn find(
             }
         }
     }
+    let apart = pairs_apart(scene, near, (from, to), most_m);
     let moving = scene
         .has_instances()
         .then(|| moving_edge_pairs::shortest(scene, endpoints));
     let mut loudest: [Option<(f32, Path)>; MAX_TWO_EDGE_PATHS] = [None; MAX_TWO_EDGE_PATHS];
-    for candidate in shortest.iter().chain(moving.iter().flatten()).flatten() {
+    let still = shortest.iter().chain(&apart);
+    for candidate in still.chain(moving.iter().flatten()).flatten() {
         if candidate.is_unoccluded(scene, endpoints, rays)
             && let Some(path) = candidate.path(scene, endpoints)
         {
@@ -85,9 +95,51 @@ pub fn find(
     loudest.for_each(|(_, path)| emit(path));
 }
 
+/// The shortest paths over two of the nearest edges that are no neighbours, since they are far from each other or have nearer ones,
+/// and that [`moving_edge_pairs`] leaves out: where one obstacle hides the edge of another, however far behind it, no other path
+/// continues that edge's wave. Sound crosses first the edge that it would cross nearer to the source if each were alone.
+fn pairs_apart(
+    scene: &Scene,
+    near: &DiffractingEdges,
+    (from, to): (DVec3, DVec3),
+    most_m: f64,
+) -> [Option<TwoEdgePath>; MAX_TESTED_APART] {
+    let mut shortest = [None; MAX_TESTED_APART];
+    let mut before: [Option<(u32, Edge, f64)>; MAX_PAIRED_APART] = [None; MAX_PAIRED_APART];
+    for (index, found) in near.as_slice().iter().take(MAX_PAIRED_APART).enumerate() {
+        // Either edge alone is a lower bound, and this one is the longer of two.
+        if found.length_m > last_m(&shortest).min(most_m) {
+            break;
+        }
+        let edge = scene.edge(found.edge);
+        let alone = edge.at(edge.apex_m(from, to).clamp(0.0, edge.length_m));
+        let along_m = (alone - from).dot(to - from);
+        for (other, other_edge, other_along_m) in before.iter().flatten() {
+            let is_found = match scene.is_committed_pair(*other, found.edge) {
+                true => scene.edge_neighbours(found.edge).any(|n| n == *other),
+                false => edge.distance_m(other_edge) < REACH_M * scene.length_scale(),
+            };
+            if is_found {
+                continue;
+            }
+            let (edges, lines) = match along_m < *other_along_m {
+                true => ([found.edge, *other], [&edge, other_edge]),
+                false => ([*other, found.edge], [other_edge, &edge]),
+            };
+            let path = TwoEdgePath::up_to(last_m(&shortest), edges, lines, from, to);
+            if let Some(path) = path {
+                insert_shortest(&mut shortest, path);
+            }
+        }
+        before[index] = Some((found.edge, edge, along_m));
+    }
+    shortest
+}
+
 /// Length in metres up to which a path is among the shortest: any while there is room.
-fn last_m(shortest: &[Option<TwoEdgePath>; MAX_TESTED]) -> f64 {
-    shortest[MAX_TESTED - 1].map_or(f64::INFINITY, |path| path.length_m())
+fn last_m(shortest: &[Option<TwoEdgePath>]) -> f64 {
+    let last = shortest.last().copied().flatten();
+    last.map_or(f64::INFINITY, |path| path.length_m())
 }
 
 /// Whether waves over one edge include that over two: along a narrow face, and at a corner, where the edge's end does.

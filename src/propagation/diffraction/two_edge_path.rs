@@ -256,13 +256,19 @@ impl TwoEdgePath {
                 ..crossings[i]
             };
             let dull = edges[i].faces.map(is_dull);
+            let fading = edge_wave::finite_panel_faces(scene, &edges[i], crossing.apex);
+            let is_shared = |face: usize| Some(edges[i].faces[face]) == shared;
             let (incident, reflected) = edge_wave::field_of_faces(
                 scene,
                 &edges[i],
                 &crossing,
                 &spreads[i],
                 false,
-                |face, _| if dull[face] { 0.0 } else { 1.0 },
+                |face, wave| match dull[face] {
+                    true => 0.0,
+                    false if is_shared(face) => 1.0,
+                    false => edge_wave::continuation_factor(wave, fading[face]),
+                },
             );
             let loss = match transmission {
                 true => edge_wave::barrier_loss(scene, &edges[i]),
