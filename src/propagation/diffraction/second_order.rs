@@ -27,8 +27,8 @@ const MAX_TESTED_APART: usize = 12;
 const MAX_PAIRED_APART: usize = 16;
 
 /// Emits the loudest paths over two edges, [`MAX_TWO_EDGE_PATHS`] at most. One edge is of `near` and the other its neighbour or of
-/// `near` too, or one belongs to an instance ([`moving_edge_pairs`]). Paths that waves over one of the `direct` edges include are left out. Adds the rays cast to
-/// `rays`.
+/// `near` too, or one belongs to an instance ([`moving_edge_pairs`]). Paths that waves over one of the `direct` edges include are
+/// left out. Adds the rays cast to `rays`.
 pub fn find(
     scene: &Scene,
     endpoints: &Endpoints,
@@ -77,7 +77,7 @@ pub fn find(
             }
         }
     }
-    let apart = pairs_apart(scene, near, (from, to), most_m);
+    let apart = pairs_apart(scene, (from, to), near, direct);
     let moving = scene
         .has_instances()
         .then(|| moving_edge_pairs::shortest(scene, endpoints));
@@ -100,15 +100,15 @@ pub fn find(
 /// continues that edge's wave. Sound crosses first the edge that it would cross nearer to the source if each were alone.
 fn pairs_apart(
     scene: &Scene,
-    near: &DiffractingEdges,
     (from, to): (DVec3, DVec3),
-    most_m: f64,
+    near: &DiffractingEdges,
+    direct: &DirectEdges,
 ) -> [Option<TwoEdgePath>; MAX_TESTED_APART] {
     let mut shortest = [None; MAX_TESTED_APART];
     let mut before: [Option<(u32, Edge, f64)>; MAX_PAIRED_APART] = [None; MAX_PAIRED_APART];
     for (index, found) in near.as_slice().iter().take(MAX_PAIRED_APART).enumerate() {
         // Either edge alone is a lower bound, and this one is the longer of two.
-        if found.length_m > last_m(&shortest).min(most_m) {
+        if found.length_m > last_m(&shortest) {
             break;
         }
         let edge = scene.edge(found.edge);
@@ -119,7 +119,8 @@ fn pairs_apart(
                 true => scene.edge_neighbours(found.edge).any(|n| n == *other),
                 false => edge.distance_m(other_edge) < REACH_M * scene.length_scale(),
             };
-            if is_found {
+            let pair = ([found.edge, *other], [&edge, other_edge]);
+            if is_found || is_in_direct_field(direct, pair) {
                 continue;
             }
             let (edges, lines) = match along_m < *other_along_m {
