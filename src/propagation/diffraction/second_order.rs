@@ -82,8 +82,8 @@ pub fn find(
         .has_instances()
         .then(|| moving_edge_pairs::shortest(scene, endpoints));
     let mut loudest: [Option<(f32, Path)>; MAX_TWO_EDGE_PATHS] = [None; MAX_TWO_EDGE_PATHS];
-    let still = shortest.iter().chain(&apart);
-    for candidate in still.chain(moving.iter().flatten()).flatten() {
+    let candidates = shortest.iter().chain(&apart);
+    for candidate in candidates.chain(moving.iter().flatten()).flatten() {
         if candidate.is_unoccluded(scene, endpoints, rays)
             && let Some(path) = candidate.path(scene, endpoints)
         {
