@@ -8,6 +8,8 @@
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::energy_course::BIN_STEPS;
 use crate::propagation::diffuse::envelope::{DecayColumns, NEPERS_OF_60_DB, has_slower_last};
+use crate::propagation::diffuse::fit_spans::DIRECTION_SPANS;
+use crate::propagation::diffuse::late_states::MODES;
 use crate::propagation::diffuse::long_responses::STATE_BINS;
 use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
 use crate::propagation::late_group::LATE_GROUPS;
@@ -54,6 +56,18 @@ const SLOWEST: f64 = 0.8;
 /// The least one where the second group cannot start late, as a source's delay line is too short.
 const SLOWEST_OF_EARLY: f64 = 0.7;
 
+/// Rates of the second mode relative to the slow one from which on the second group has its rate, and up to which: slower ones are one decay
+/// with the slow one, faster ones are of energy that is not yet even in one room.
+const OWN_MODE_FROM: (f64, f64) = (1.15, 1.3);
+const OWN_MODE_TO: (f64, f64) = (2.5, 3.0);
+
+/// By how much the fastest group's rate is above that of the mode, relative to it, from which on they are two.
+const DISTINCT: f64 = 0.2;
+
+/// Largest rate of a mode that is told apart, relative to the slow one, and rounds in which it is found.
+const FASTEST_MODE: f64 = 16.0;
+const MODE_HALVINGS: usize = 30;
+
 /// Least share of the energy after a reflection in local rates.
 const MIN_KEPT: f32 = 1e-3;
 
@@ -99,6 +113,8 @@ pub(crate) struct PatchDecays<'a> {
     pub(crate) first_legs: &'a [FirstLegs],
     /// How much more slowly energy falls from one late state to the next where it still arrives from other spaces.
     pub(crate) growth: &'a BandArray,
+    /// Shares of energy that the slowest modes keep from one late state to the next.
+    pub(crate) kept_by_modes: &'a [BandArray; MODES],
 }
 
 /// Decays that the whole scene shares.
@@ -113,11 +129,11 @@ pub(crate) struct CommonDecays {
 impl CommonDecays {
     /// From the energy of a field over time, and what its patches' rays meet.
     pub(crate) fn of(field: &PatchDecays<'_>) -> Self {
-        let (rates, spreading) = rates_of(field.total, &local_rates(field), field);
+        let (rates, spreading, is_second_slow) = rates_of(field.total, &local_rates(field), field);
         Self {
             times_s: rates
                 .map(|rates| rates.map(|rate| (NEPERS_OF_60_DB / f64::from(rate)) as f32)),
-            columns: DecayColumns::new(&rates, &spreading, field.step_s),
+            columns: DecayColumns::new(&rates, &spreading, &is_second_slow, field.step_s),
         }
     }
 }
@@ -142,12 +158,12 @@ fn local_rates(field: &PatchDecays<'_>) -> Vec<BandArray> {
 }
 
 /// Decay rates of the groups in nepers of energy per second, from the energy of the whole scene and the rates around its
-/// patches, and to which share the second group is for energy that still arrives from other spaces.
+/// patches; to which share the second group is for energy that still arrives from other spaces, and whether it is the slow one.
 fn rates_of(
     total: &[BandArray],
     local: &[BandArray],
     field: &PatchDecays<'_>,
-) -> ([BandArray; LATE_GROUPS], BandArray) {
+) -> ([BandArray; LATE_GROUPS], BandArray, [bool; BANDS]) {
     let per_s = 1.0 / f64::from(field.step_s);
     let range = DECAY_RANGE_S;
     let (least, most) = (
@@ -156,6 +172,7 @@ fn rates_of(
     );
     let mut rates = [[0.0; BANDS]; LATE_GROUPS];
     let mut spreading = [0.0; BANDS];
+    let mut is_second_slow = [false; BANDS];
     let weights = weights_of_patches(field);
     let slowest_rate = match has_slower_last(field.step_s) {
         true => SLOWEST,
@@ -176,18 +193,55 @@ fn rates_of(
         let share = share.clamp(0.0, 1.0);
         spreading[b] = share as f32;
         let other = other.powf(1.0 - share) * slower.powf(share);
-        let of_groups = [slow, slow * other, slow * ratio];
+        let kept = field.kept_by_modes.map(|kept| f64::from(kept[b]));
+        let mode = second_mode(kept, slow / per_s);
+        let share = share_of_mode(mode, ratio);
+        let other = other.powf(1.0 - share) * mode.powf(share);
+        // Only the second group starts late enough for energy that builds up between two such rooms.
+        is_second_slow[b] = share >= 0.5 && spreading[b] > 0.0;
+        let of_groups = match is_second_slow[b] {
+            true => [slow * other, slow, slow * ratio],
+            false => [slow, slow * other, slow * ratio],
+        };
         for (rates, rate) in rates.iter_mut().zip(of_groups) {
             rates[b] = rate.clamp(least, most) as f32;
         }
     }
-    (rates, spreading)
+    (rates, spreading, is_second_slow)
 }
 
 /// Decay rate that `growth` from one late state to the next means, relative to a `rate` in nepers of energy per time step.
 fn slower_of_growth(growth: f32, rate: f64) -> f64 {
     let nepers = (STATE_BINS * BIN_STEPS) as f64 * rate;
     1.0 - f64::from(growth).ln() / nepers
+}
+
+/// Decay rate of the second mode relative to that of the first, a `rate` in nepers of energy per time step, for what both keep from one late
+/// state to the next. A state has the energy of the responses' last span.
+fn second_mode([first, second]: [f64; MODES], rate: f64) -> f64 {
+    let [.., span] = DIRECTION_SPANS;
+    let in_span = |rate: f64| {
+        let left = |step: usize| (-rate * step as f64).exp();
+        (left(span.start) - left(span.end)) / rate
+    };
+    let wanted = second / first.max(f64::MIN_POSITIVE) * in_span(rate);
+    let (mut low, mut high) = (1.0, FASTEST_MODE);
+    for _ in 0..MODE_HALVINGS {
+        let middle = 0.5 * (low + high);
+        match in_span(middle * rate) > wanted {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    low
+}
+
+/// To which share the second group is for the second mode, from both their rates relative to the slow one, the fastest group's being `fastest`.
+fn share_of_mode(mode: f64, fastest: f64) -> f64 {
+    let rises = (mode - OWN_MODE_FROM.0) / (OWN_MODE_FROM.1 - OWN_MODE_FROM.0);
+    let falls = (OWN_MODE_TO.1 - mode) / (OWN_MODE_TO.1 - OWN_MODE_TO.0);
+    let distinct = fastest / mode - 1.0;
+    rises.min(falls).min(distinct / DISTINCT).clamp(0.0, 1.0)
 }
 
 /// Fall in dB from the first time steps to the last ones.

@@ -118,12 +118,14 @@ impl Default for DecayColumns {
 }
 
 impl DecayColumns {
-    /// For decay rates in nepers per second, time steps in seconds, and the share of [`PatchDecays::growth`] that the second group is for.
+    /// For decay rates in nepers per second, time steps in seconds, the share of [`PatchDecays::growth`] that the second group is for, and
+    /// whether that is the slow one.
     ///
     /// [`PatchDecays::growth`]: crate::propagation::diffuse::decay_fit::PatchDecays::growth
     pub(crate) fn new(
         rates: &[BandArray; LATE_GROUPS],
         spreading: &BandArray,
+        is_second_slow: &[bool; BANDS],
         step_s: f32,
     ) -> Self {
         let mut columns = Self::default();
@@ -132,6 +134,17 @@ impl DecayColumns {
             *start = [SLOWER_SHARE.powi((LATE_GROUPS - 1 - group) as i32); BANDS];
             for b in 0..BANDS {
                 let ratio = (rates[1][b] / rates[0][b]).min(1.0);
+                // The second group is the slow one where the first one has a mode of its own.
+                if is_second_slow[b] {
+                    start[b] *= match (group, segment) {
+                        (0, LAST_SEGMENT) => LAST_SHARE / SLOWER_SHARE,
+                        (0, _) => 1.0 / SLOWER_SHARE,
+                        (1, LAST_SEGMENT) => LAST_SHARE * SLOWER_SHARE,
+                        (1, _) => SLOWER_SHARE,
+                        _ => 1.0,
+                    };
+                    continue;
+                }
                 start[b] *= match (group, segment) {
                     (1, LAST_SEGMENT) => LAST_SHARE * spreading[b] * ratio.powi(BEYOND_SLOWEST),
                     (1, _) => ratio.powi(BEYOND_SLOWEST),

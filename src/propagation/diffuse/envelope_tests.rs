@@ -61,7 +61,7 @@ fn two_slopes_with_a_slow_start_are_fitted() {
     let mut late = LateEnergy::silent(SourceId::default());
     late.start_s = nearest_s;
     late.mean_free_time_s = STEPS_PER_FREE_TIME * step_s;
-    let columns = DecayColumns::new(&rates, &[0.0; BANDS], step_s);
+    let columns = DecayColumns::new(&rates, &[0.0; BANDS], &[false; BANDS], step_s);
     histogram.fit(&columns, &EnergyCourse::default(), 1.0, &mut late);
     for (first, end) in [(0, 8), (8, 20), (20, 40), (40, 70)] {
         let expected: f64 = histogram.energy[first..end]
@@ -97,7 +97,7 @@ fn energy_that_builds_up_slowly_is_fitted() {
     late.start_s = nearest_s;
     late.mean_free_time_s = STEPS_PER_FREE_TIME * step_s;
     histogram.fit(
-        &DecayColumns::new(&rates, &[0.0; BANDS], step_s),
+        &DecayColumns::new(&rates, &[0.0; BANDS], &[false; BANDS], step_s),
         &EnergyCourse::default(),
         1.0,
         &mut late,
@@ -143,7 +143,7 @@ fn energy_through_a_room_between_is_fitted() {
         let mut late = LateEnergy::silent(SourceId::default());
         late.start_s = nearest_s;
         late.mean_free_time_s = STEPS_PER_FREE_TIME * step_s;
-        let columns = DecayColumns::new(&rates, &[spreading; BANDS], step_s);
+        let columns = DecayColumns::new(&rates, &[spreading; BANDS], &[false; BANDS], step_s);
         histogram.fit(&columns, &air, 1.0, &mut late);
         let left = |time_s: f64| energy_within(&late, &groups, time_s, 20.0);
         let whole = left(0.0);
@@ -185,7 +185,7 @@ fn one_decay_is_not_lengthened_by_a_slower_group() {
     let mut late = LateEnergy::silent(SourceId::default());
     late.start_s = nearest_s;
     late.mean_free_time_s = STEPS_PER_FREE_TIME * step_s;
-    let columns = DecayColumns::new(&rates, &[0.0; BANDS], step_s);
+    let columns = DecayColumns::new(&rates, &[0.0; BANDS], &[false; BANDS], step_s);
     histogram.fit(&columns, &EnergyCourse::default(), 1.0, &mut late);
     // The energies are scaled to those of the arrivals.
     let arrived_s = f64::from(step_s) * (STEPS as f64 - 0.5);
@@ -205,7 +205,7 @@ fn a_segment_without_energy_is_left_out() {
     let step_s = 0.01f32;
     let times = [1.0f32, 1.2, 0.4];
     let rates = times.map(|time_s| [(NEPERS_OF_60_DB / f64::from(time_s)) as f32; BANDS]);
-    let mut columns = DecayColumns::new(&rates, &[0.0; BANDS], step_s);
+    let mut columns = DecayColumns::new(&rates, &[0.0; BANDS], &[false; BANDS], step_s);
     assert_eq!(columns.has_last, [false; 2]);
     let mut histogram = ArrivalHistogram::new(step_s, 0.02);
     for (step, energy) in histogram.energy.iter_mut().enumerate() {
@@ -221,8 +221,9 @@ fn a_segment_without_energy_is_left_out() {
     assert!(fits[0].energy[0][0][3] > 0.0);
     assert_eq!(fits[0], fits[1]);
     assert_eq!(fits[0], fits[2]);
-    let has_last =
-        |spreading, step_s| DecayColumns::new(&rates, &[spreading; BANDS], step_s).has_last;
+    let has_last = |spreading, step_s| {
+        DecayColumns::new(&rates, &[spreading; BANDS], &[false; BANDS], step_s).has_last
+    };
     assert_eq!(has_last(0.0, 0.008), [true, false]);
     assert_eq!(has_last(1.0, 0.008), [true, false]);
     assert_eq!(has_last(0.0, 0.004), [true, false]);
@@ -234,7 +235,7 @@ fn noise_does_not_move_energy_between_similar_decays() {
     let (step_s, nearest_s) = (0.006f32, 0.02f32);
     let times = [1.2f32, 1.0, 0.4];
     let rates = times.map(|time_s| [(NEPERS_OF_60_DB / f64::from(time_s)) as f32; BANDS]);
-    let columns = DecayColumns::new(&rates, &[0.0; BANDS], step_s);
+    let columns = DecayColumns::new(&rates, &[0.0; BANDS], &[false; BANDS], step_s);
     let fitted = |seed: u64| {
         let mut histogram = ArrivalHistogram::new(step_s, nearest_s);
         for (step, energy) in histogram.energy.iter_mut().enumerate() {
@@ -310,7 +311,7 @@ fn arrivals_of_few_rays_go_on_as_the_airs_energy() {
     let of_steps = std::array::from_fn(|step| [level(step as f32); BANDS]);
     let mut air = EnergyCourse::default();
     air.set(&of_steps, &std::array::from_fn(|bin| bins(&level, bin)));
-    let columns = DecayColumns::new(&rates, &[0.0; BANDS], step_s);
+    let columns = DecayColumns::new(&rates, &[0.0; BANDS], &[false; BANDS], step_s);
     let off_db = |variance: f32, expected: &dyn Fn(f32) -> f32| {
         let mut histogram = ArrivalHistogram::new(step_s, 0.0);
         for (step, energy) in of_steps.iter().enumerate() {

@@ -5,6 +5,14 @@
 //! As a matrix, such a state leads from one to the next.
 
 use crate::acoustics::{BANDS, BandArray};
+use crate::propagation::rays::directions::{mix, unit};
+
+/// Modes of [`LateStates::kept_by_modes`], and rounds in which one is found.
+pub(crate) const MODES: usize = 2;
+const MODE_ROUNDS: usize = 60;
+
+/// Least overlap of a mode's distributions of energy that arrives and that leaves.
+const LEAST_OVERLAP: f32 = 1e-3;
 
 /// Share of the pairs of patches between which energy falls more slowly than [`LateStates::growth`] says.
 const SLOWER: f32 = 0.15;
@@ -92,6 +100,33 @@ impl LateStates {
         })
     }
 
+    /// Shares of energy that the slowest modes keep from one state to the next, the slowest one first. A mode is spread over the patches in a way that
+    /// stays while it falls: found by power iteration, with those before taken away (deflation).
+    pub(crate) fn kept_by_modes(&self) -> [BandArray; MODES] {
+        let patches = self.patches();
+        let mut kept = [[0.0; BANDS]; MODES];
+        for band in 0..BANDS {
+            let mut states: Vec<f32> = self.of_patches.iter().map(|state| state[band]).collect();
+            for kept in &mut kept {
+                let right = mode(patches, |to, from| states[to * patches + from]);
+                let left = mode(patches, |to, from| states[from * patches + to]);
+                let [(right, share), (left, _)] = [right, left];
+                let both: f32 = right.iter().zip(&left).map(|(a, b)| a * b).sum();
+                // Neither a complex pair nor next to nothing is a mode of its own.
+                if !(share > 0.0 && both.abs() > LEAST_OVERLAP) {
+                    break;
+                }
+                kept[band] = share;
+                for (to, row) in states.chunks_exact_mut(patches).enumerate() {
+                    for (state, left) in row.iter_mut().zip(&left) {
+                        *state -= share * right[to] * left / both;
+                    }
+                }
+            }
+        }
+        kept
+    }
+
     /// The states that follow others, `[to × patches + from]`.
     fn times(&self, states: &[BandArray]) -> Vec<BandArray> {
         let patches = self.patches();
@@ -107,6 +142,29 @@ impl LateStates {
         }
         next
     }
+}
+
+/// The slowest mode of states, of length 1, and the share of energy that it keeps from one to the next.
+fn mode(patches: usize, state: impl Fn(usize, usize) -> f32) -> (Vec<f32>, f32) {
+    let length = 1.0 / (patches.max(1) as f32).sqrt();
+    // Modes beyond the first have both signs.
+    let mut now: Vec<f32> = (0..patches)
+        .map(|patch| length * (1.0 + unit(mix(patch as u64))))
+        .collect();
+    let mut share = 0.0;
+    for _ in 0..MODE_ROUNDS {
+        let next =
+            (0..patches).map(|to| (0..patches).map(|from| state(to, from) * now[from]).sum());
+        let next: Vec<f32> = next.collect();
+        let square: f32 = next.iter().map(|value| value * value).sum();
+        if !(square > f32::MIN_POSITIVE) {
+            return (now, 0.0);
+        }
+        let before: f32 = now.iter().map(|value| value * value).sum();
+        share = next.iter().zip(&now).map(|(a, b)| a * b).sum::<f32>() / before;
+        now = next.iter().map(|value| value / square.sqrt()).collect();
+    }
+    (now, share)
 }
 
 #[cfg(test)]
@@ -143,6 +201,17 @@ mod tests {
         let expected = (3.0 * s * s * t + t.powi(3)) / (2.0 * s * t) / (s + t);
         assert!((growth[0] / expected - 1.0).abs() < 1e-4, "{growth:?}");
         assert!(expected > 1.4);
+    }
+
+    /// Two rooms: energy in both falls by s + t, its difference by s - t.
+    #[test]
+    fn modes_of_two_rooms_are_their_sum_and_their_difference() {
+        for (s, t) in [(0.4f32, 0.02f32), (0.3, 0.2), (0.5, 0.1)] {
+            let [first, second] = rooms(2, s, t).kept_by_modes();
+            assert!((first[2] / (s + t) - 1.0).abs() < 1e-3, "{first:?}");
+            assert!((second[2] / (s - t) - 1.0).abs() < 1e-2, "{second:?}");
+        }
+        assert_eq!(rooms(2, 0.0, 0.0).kept_by_modes(), [[0.0; BANDS]; MODES]);
     }
 
     #[test]

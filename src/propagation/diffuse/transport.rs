@@ -167,6 +167,7 @@ impl SceneField {
             total,
             slowest: &slowest,
             growth: &self.late_states.growth(&self.samples.share),
+            kept_by_modes: &self.late_states.kept_by_modes(),
             first_legs: &self.first_legs,
         });
         self.find_reach(scene, sums, rays);
