@@ -65,7 +65,7 @@ impl Room {
         let impedances: Vec<_> = self.materials.iter().map(impedance).collect();
         let mut random = Random(0x9e37_79b9_97f4_a7c5_u64.wrapping_mul(2 * share + 1));
         let (mut particles, mut legs) = (0, 0);
-        while legs < LEGS / SHARES {
+        while legs < self.legs / SHARES {
             particles += 1;
             let mut at = source;
             let mut direction = random.sphere();
@@ -179,8 +179,7 @@ fn impedance(material: &Material) -> (f64, f64) {
     foresound::acoustics::material::impedance_of_absorption(f64::from(material.absorption[0]))
 }
 
-/// Legs of the particles of a room, and shares in which they fly: the scatter over seeds is below a fifth of the laws' bounds.
-const LEGS: u64 = 150_000_000;
+/// Shares in which the particles fly.
 const SHARES: u64 = 16;
 
 /// Energy relative to a particle's first one at which it ends, unless it survives in place of others, and the chance of that.
