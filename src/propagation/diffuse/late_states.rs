@@ -157,7 +157,7 @@ fn mode(patches: usize, state: impl Fn(usize, usize) -> f32) -> (Vec<f32>, f32) 
             (0..patches).map(|to| (0..patches).map(|from| state(to, from) * now[from]).sum());
         let next: Vec<f32> = next.collect();
         let square: f32 = next.iter().map(|value| value * value).sum();
-        if !(square > f32::MIN_POSITIVE) {
+        if square <= f32::MIN_POSITIVE || square.is_nan() {
             return (now, 0.0);
         }
         let before: f32 = now.iter().map(|value| value * value).sum();
