@@ -14,6 +14,8 @@ use crate::generation::bands::air_filter::{AIR_DELAY, AirState};
 use crate::generation::binaural::ear_ramps;
 use crate::generation::binaural::ear_ramps::{EarPair, RampRate, SignalWindow};
 use crate::generation::delay::delay_line::{DelayLine, PrefetchWindow, SEGMENT, TILE, Tile};
+use crate::generation::delay::held;
+use crate::generation::delay::held::{MIDDLE, STRETCH_TILES};
 use crate::generation::delay::interpolation::{AHEAD, Intervals};
 use crate::generation::ramp::{ChunkSpan, LinearRamp};
 use crate::generation::render_context::SlotOwner;
@@ -47,6 +49,8 @@ pub(crate) struct Voice {
     gain: F32x8,
     gain_growth: F32x8,
     gain_end: i64,
+    /// Whether growing gains are held.
+    holds_gains: bool,
     /// Next position to mix.
     next: i64,
     /// Path delay in frames.
@@ -183,6 +187,7 @@ impl Voice {
         let positions = (self.gain_end - last) as f32;
         self.gain_growth = (gain - present) * F32x8::splat(1.0 / positions);
         self.gain = gain;
+        self.holds_gains = held::is_exact(&self.gain_growth, &gain);
     }
 
     /// The stretch of the delay line that a chunk of `frames` frames mixes next at constant delay, without the part that
@@ -274,10 +279,18 @@ impl Voice {
             growth: self.gain_growth,
             to_come: self.gain_end - self.next + lane as i64,
         };
+        let mut position = self.next - lane as i64;
         for tiles in parts.into_iter().filter(|tiles| !tiles.is_empty()) {
-            let end = offset + tiles.len() * TILE;
-            mix(set, tiles, &gains, &mut mixture[offset..end]);
-            gains.to_come -= (tiles.len() * TILE) as i64;
+            let frames = (tiles.len() * TILE) as i64;
+            let end = offset + frames as usize;
+            let mixed = &mut mixture[offset..end];
+            if self.holds_gains && gains.to_come > 0 {
+                mix_held(set, tiles, &gains, held::tiles_passed(position), mixed);
+            } else {
+                mix(set, tiles, &gains, mixed);
+            }
+            gains.to_come -= frames;
+            position += frames;
             offset = end;
         }
         let other_owner = (self.since - self.next).clamp(0, fresh as i64) as usize;
@@ -306,6 +319,29 @@ struct RampedGains {
     growth: F32x8,
     /// Positions left at the first one.
     to_come: i64,
+}
+
+kernel! {
+    /// Mixes the bands of tiles with gains that are held; `passed` tiles of the first stretch come before them.
+    fn mix_held<L>(tiles: &[Tile], gains: &RampedGains, passed: usize, mixture: &mut [f32]) {
+        let mut tiles = tiles;
+        let mut mixed = mixture.as_chunks_mut::<TILE>().0.iter_mut();
+        let mut passed = passed;
+        let mut to_come = gains.to_come as f32 + (passed * TILE) as f32;
+        while !tiles.is_empty() {
+            let (now, later) = tiles.split_at((STRETCH_TILES - passed).min(tiles.len()));
+            let left = L::splat((to_come - MIDDLE).max(0.0));
+            let growth = L::from_array(gains.growth);
+            let held = growth.neg_mul_add(left, L::from_array(gains.gain));
+            let held = paired_lanes::<L>(held.to_array());
+            for (tile, mixed) in now.iter().zip(&mut mixed) {
+                sum::<L>(tile, &held).store(mixed);
+            }
+            to_come -= (STRETCH_TILES * TILE) as f32;
+            passed = 0;
+            tiles = later;
+        }
+    }
 }
 
 kernel! {
