@@ -27,6 +27,8 @@ pub(crate) struct VoiceRequest {
     pub(crate) air: Option<PathTaps>,
     /// Ear delays in frames, without the path delay.
     pub(crate) ears: [f32; 2],
+    /// Ear delays in whole frames, of a quiet path in binaural sound.
+    pub(crate) whole_ears: Option<[u32; 2]>,
     /// Groups of buses.
     pub(crate) groups: usize,
 }
@@ -178,6 +180,8 @@ impl FramePlan {
             gain: context.correction.gains(&amplitude),
             air: air.map(|air| air.taps),
             ears,
+            whole_ears: (!is_fine && context.table.ears() == 2)
+                .then(|| ears.map(|ear| (ear + 0.5) as u32)),
             groups,
         });
     }

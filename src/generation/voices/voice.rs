@@ -57,6 +57,11 @@ pub(crate) struct Voice {
     delay: LinearRamp,
     /// Path and ear delay in frames.
     ear_delays: [LinearRamp; 2],
+    /// Ear delays in whole frames at the end of the ramp, and whether they are the same in all of it.
+    whole_ears: Option<[u32; 2]>,
+    keeps_whole_ears: bool,
+    /// Whether the past of the signal that both ears share is known.
+    has_past: bool,
     /// Rate of the weights' ramp.
     pub(crate) rate: RampRate,
     /// Groups of buses in use during the ramp and after it.
@@ -73,6 +78,8 @@ pub(crate) struct Voice {
 pub(crate) struct VoiceScratch<'a> {
     /// The voice's last mixed positions.
     pub(crate) history: &'a mut [f32],
+    /// The last frames of the signal that both ears share.
+    pub(crate) past: &'a mut [f32],
     /// The history, [`MAX_FRESH`] positions and the interpolator's slack.
     pub(crate) mixture: &'a mut [f32],
     /// [`MAX_FRESH`] positions and [`AIR_SCRATCH`](crate::generation::bands::air_filter::AIR_SCRATCH).
@@ -102,9 +109,9 @@ impl Voice {
             since: owner.since,
             next: last_position(now - 1, delay) + 1,
             delay: LinearRamp::at_rest(delay),
-            ear_delays: request
-                .ears
-                .map(|ear| LinearRamp::at_rest(delay + f64::from(ear))),
+            ear_delays: ear_delays(request, 0.0).map(|ear| LinearRamp::at_rest(delay + ear)),
+            whole_ears: request.whole_ears,
+            keeps_whole_ears: request.whole_ears.is_some(),
             air: request.air.as_ref().map(AirState::new),
             ..Self::default()
         };
@@ -158,9 +165,14 @@ impl Voice {
             };
         }
         self.delay.retarget(path_delay, left, ramp);
-        for (delay, ear) in self.ear_delays.iter_mut().zip(request.ears) {
-            delay.retarget(path_delay + f64::from(ear), left, ramp);
+        let ears = ear_delays(request, self.delay.growth_now(ramp));
+        for (delay, ear) in self.ear_delays.iter_mut().zip(ears) {
+            delay.retarget(path_delay + ear, left, ramp);
         }
+        self.keeps_whole_ears =
+            request.whole_ears.is_some() && request.whole_ears == self.whole_ears;
+        self.has_past &= self.keeps_whole_ears;
+        self.whole_ears = request.whole_ears;
         let end = last_position(now - 1 + i64::from(ramp), path_delay);
         self.ramp_gain(request.gain, end);
     }
@@ -219,6 +231,7 @@ impl Voice {
     ) -> bool {
         let VoiceScratch {
             history,
+            past,
             mixture,
             unfiltered,
             intervals,
@@ -235,6 +248,7 @@ impl Voice {
         prefetch_window.fetch_quarter();
         if line.is_silent_from(start) {
             history.fill(0.0);
+            self.has_past = false;
             if let Some(air) = &mut self.air {
                 air.clear();
             }
@@ -256,10 +270,40 @@ impl Voice {
             length: reserve + fresh,
             start,
         };
-        let delays = &self.ear_delays[..readings];
-        ear_ramps::read_ears(set, &window, chunk, delays, intervals, ears);
+        if self.shared_ears().is_some() {
+            self.read_shared(set, &window, chunk, past, intervals, ears);
+        } else {
+            let delays = &self.ear_delays[..readings];
+            ear_ramps::read_ears(set, &window, chunk, delays, intervals, ears);
+        }
         prefetch_window.fetch_quarter();
         true
+    }
+
+    /// Ear delays in whole frames if both ears share one signal.
+    pub(crate) fn shared_ears(&self) -> Option<[u32; 2]> {
+        self.whole_ears.filter(|_| self.keeps_whole_ears)
+    }
+
+    /// Reads a chunk of the signal that both ears share, after its past, into the first buffer. Without a known past it is read as
+    /// if the present ramp had begun earlier.
+    fn read_shared(
+        &mut self,
+        set: LaneSet,
+        window: &SignalWindow,
+        chunk: ChunkSpan,
+        past: &mut [f32],
+        intervals: &mut Intervals,
+        ears: &mut EarPair,
+    ) {
+        let signal = &mut ears[0];
+        let earlier = if self.has_past { 0 } else { past.len() };
+        let known = past.len() - earlier;
+        signal[..known].copy_from_slice(&past[..known]);
+        let out = &mut signal[known..];
+        ear_ramps::read_once(set, window, chunk, (&self.delay, earlier), intervals, out);
+        past.copy_from_slice(&signal[chunk.frames..][..past.len()]);
+        self.has_past = true;
     }
 
     /// Mixes `fresh` positions from [`Self::next`] on into `mixture` from index `reserve` on. Works in whole tiles and
@@ -295,6 +339,15 @@ impl Voice {
         }
         let other_owner = (self.since - self.next).clamp(0, fresh as i64) as usize;
         mixture[reserve..reserve + other_owner].fill(0.0);
+    }
+}
+
+/// Delays of the ears after the path's. A shared signal reaches an ear as it was so many frames ago, when the path's delay was
+/// less by its growth since.
+fn ear_delays(request: &VoiceRequest, growth: f64) -> [f64; 2] {
+    match request.whole_ears {
+        Some(frames) => frames.map(|frames| f64::from(frames) * (1.0 - growth)),
+        None => request.ears.map(f64::from),
     }
 }
 
