@@ -209,12 +209,7 @@ impl LateSends {
         let groups = sends.chunks_exact(LATE_SEGMENTS).enumerate();
         let sends = groups.flat_map(|(group, sends)| sends.iter().map(move |send| (group, send)));
         let taps = sends.flat_map(|(group, send)| send.taps.iter().map(move |tap| (group, tap)));
-        let mut audible = taps.filter(audible).peekable();
-        while let Some((group, tap)) = audible.next() {
-            // Prefetches the next tap while this one is added.
-            if let Some((_, next)) = audible.peek() {
-                line.prefetch_window(now - next.delay, frames).fetch();
-            }
+        for (group, tap) in taps.filter(audible) {
             let position = now - tap.delay;
             let (lane, parts) = line.tiles(position, frames);
             let growth = tap.gain.growth_now(left);
