@@ -48,6 +48,9 @@ pub struct Limiter {
     /// The loss after release.
     released: u32,
     frame: u64,
+    /// Indices of this frame in the rings.
+    at_delayed: usize,
+    at_averaged: usize,
 }
 
 impl Limiter {
@@ -84,6 +87,8 @@ impl Limiter {
             queued: 0,
             released: 0,
             frame: 0,
+            at_delayed: 0,
+            at_averaged: 0,
         })
     }
 
@@ -101,7 +106,8 @@ impl Limiter {
                 .iter()
                 .fold(0.0f32, |peak, sample| peak.max(sample.abs()));
             let loss = self.loss(peak);
-            let index = (self.frame % self.look_ahead as u64) as usize * self.channels;
+            let index = self.at_delayed * self.channels;
+            self.at_delayed = following(self.at_delayed, self.look_ahead);
             self.frame += 1;
             max_loss = max_loss.max(loss);
             let gain = if loss > 0 { self.gain(loss) } else { 1.0 };
@@ -133,8 +139,8 @@ impl Limiter {
         let fall = (self.released >> RELEASE_SHIFT) + 1;
         self.released = needed.max(self.released.saturating_sub(fall));
         let largest = self.largest(self.released);
-        let index = (self.frame % self.averaged.len() as u64) as usize;
-        let oldest = std::mem::replace(&mut self.averaged[index], largest);
+        let oldest = std::mem::replace(&mut self.averaged[self.at_averaged], largest);
+        self.at_averaged = following(self.at_averaged, self.averaged.len());
         self.sum = self.sum + u64::from(largest) - u64::from(oldest);
         self.sum
     }
@@ -142,17 +148,24 @@ impl Limiter {
     /// Largest loss of the last `look_ahead + 1` frames.
     fn largest(&mut self, loss: u32) -> u32 {
         let size = self.candidates.len();
-        while self.queued > 0 && self.candidates[(self.head + self.queued - 1) % size].1 <= loss {
+        // Less than twice the size.
+        let wrapped = |index: usize| if index >= size { index - size } else { index };
+        while self.queued > 0 && self.candidates[wrapped(self.head + self.queued - 1)].1 <= loss {
             self.queued -= 1;
         }
-        self.candidates[(self.head + self.queued) % size] = (self.frame, loss);
+        self.candidates[wrapped(self.head + self.queued)] = (self.frame, loss);
         self.queued += 1;
         if self.candidates[self.head].0 + (self.look_ahead as u64) < self.frame {
-            self.head = (self.head + 1) % size;
+            self.head = following(self.head, size);
             self.queued -= 1;
         }
         self.candidates[self.head].1
     }
+}
+
+/// The index after another in a ring.
+fn following(index: usize, length: usize) -> usize {
+    if index + 1 < length { index + 1 } else { 0 }
 }
 
 #[cfg(test)]

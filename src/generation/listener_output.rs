@@ -226,11 +226,16 @@ impl ListenerOutput {
         output: &mut [f32],
         channels: usize,
     ) {
-        self.stage.add_voices(lines, chunk);
+        let late = &mut self.late;
+        self.stage.add_voices(lines, chunk, &mut |slot| {
+            if let (Some(reverb), Some(line)) = (late.as_mut(), lines.get(slot)) {
+                reverb.collect(slot, line, chunk);
+            }
+        });
         if let Some(last) = self.last_stage.as_mut().filter(|stage| !stage.is_over()) {
-            last.add_voices(lines, chunk);
+            last.add_voices(lines, chunk, &mut |_| ());
         }
-        self.add_waves(lines, chunk);
+        self.add_waves(chunk);
         self.stage.finish(output, channels);
         if let Some(last) = self.last_stage.as_mut().filter(|stage| !stage.is_over()) {
             last.finish(output, channels);
@@ -268,21 +273,23 @@ impl ListenerOutput {
         output: &mut [f32],
         channels: usize,
     ) {
-        self.add_waves(lines, chunk);
+        if let Some(reverb) = &mut self.late {
+            for (slot, line) in lines.iter().enumerate() {
+                reverb.collect(slot, line, chunk);
+            }
+        }
+        self.add_waves(chunk);
         self.stage.finish_waves(output, channels);
         if let Some(last) = self.last_stage.as_mut().filter(|stage| !stage.is_over()) {
             last.finish_waves(output, channels);
         }
     }
 
-    /// Runs the late reverb for a chunk, into the buses.
-    fn add_waves(&mut self, lines: &[DelayLine], chunk: ChunkSpan) {
+    /// Runs the late reverb for a chunk, into the buses, after its sends have been collected.
+    fn add_waves(&mut self, chunk: ChunkSpan) {
         let Some(reverb) = &mut self.late else {
             return;
         };
-        for (slot, line) in lines.iter().enumerate() {
-            reverb.collect(slot, line, chunk);
-        }
         let waves = reverb.process(chunk.left, chunk.frames);
         self.stage.add_waves(chunk, waves);
         if let Some(last) = self.last_stage.as_mut().filter(|stage| !stage.is_over()) {

@@ -151,14 +151,21 @@ impl OutputStage {
         self.fade_left == 0
     }
 
-    /// Adds a chunk of the voices and of the plane waves to the buses.
-    pub(crate) fn add_voices(&mut self, lines: &[DelayLine], chunk: ChunkSpan) {
+    /// Adds a chunk of the voices to the buses. Calls `after_slot` for every slot in order, after the voices of its source.
+    pub(crate) fn add_voices(
+        &mut self,
+        lines: &[DelayLine],
+        chunk: ChunkSpan,
+        after_slot: &mut impl FnMut(usize),
+    ) {
         if self.slot_buses.is_empty() {
-            self.voices.render(lines, chunk, &mut self.buses);
+            let buses = &mut self.buses;
+            self.voices.render(lines, chunk, buses, after_slot);
             return;
         }
         for (slot, buses) in self.slot_buses.iter_mut().enumerate() {
             self.voices.render_slot(slot, lines, chunk, buses);
+            after_slot(slot);
         }
         self.voices.remove_faded();
     }

@@ -125,6 +125,9 @@ impl LinearRamp {
 pub(crate) struct BandRamp {
     pub(crate) target: F32x8,
     growth: F32x8,
+    /// Whether the target is not zero, and whether the gains grow.
+    sounds: bool,
+    grows: bool,
 }
 
 impl BandRamp {
@@ -142,10 +145,11 @@ impl BandRamp {
     pub(crate) fn retarget(&mut self, target: F32x8, left: u32, ramp: u32) {
         self.growth = (target - self.value(left)) * F32x8::splat(1.0 / ramp as f32);
         self.target = target;
+        (self.sounds, self.grows) = (target != F32x8::ZERO, self.growth != F32x8::ZERO);
     }
 
     /// Whether the gains are zero now and until the end of the ramp.
     pub(crate) fn is_silent(&self, left: u32) -> bool {
-        self.target == F32x8::ZERO && self.growth_now(left) == F32x8::ZERO
+        !(self.sounds || self.grows && left > 0)
     }
 }

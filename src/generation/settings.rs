@@ -11,8 +11,8 @@ pub(crate) const MAX_LISTENERS: usize = 4;
 pub(crate) const MAX_BLOCK: usize = 4096;
 
 // Measured; `tools/tests/limits.rs` compares them with what is allocated.
-/// Bytes of a voice: weights of two ears, history, plan.
-const VOICE_BYTES: usize = 1900;
+/// Bytes of a voice: weights of two ears, histories, plan.
+const VOICE_BYTES: usize = 2200;
 /// Bytes of a slot besides its delay line's length: sends, filters, the line's ends.
 const SLOT_BYTES: usize = 32_000;
 /// Bytes of a slot's bus: filters, buses of both ears, and a longer delay line.
@@ -39,6 +39,7 @@ pub struct GeneratorSettings {
     pub max_voices: usize,
     /// Number of loudest paths that use every component of the HRTF set; the others use the first eight. With the
     /// built-in sets this raises a path's mean spectral error from 0.6 to 1.2 dB. At most [`Self::max_voices`] apply.
+    /// All but the loudest quarter of them reach each ear to the nearest audio frame, from 44.1 kHz on.
     pub fine_voices: usize,
     /// Longest path delay in seconds, 0.01 to 10; longer paths are dropped and counted. 1.5 s are 515 m.
     pub max_delay_s: f64,

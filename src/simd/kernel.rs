@@ -108,7 +108,6 @@ mod tests {
                 Lanes16::splat(input[0][5]),
                 Lanes16::indices(),
                 a.add(b),
-                a.sub(b),
                 a.mul(b),
                 a.mul_add(b, c),
                 a.neg_mul_add(b, c),

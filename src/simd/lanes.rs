@@ -111,11 +111,6 @@ impl<L: Lanes> Lanes16<L> {
     }
 
     #[inline(always)]
-    pub(crate) fn sub(self, other: Self) -> Self {
-        Self(self.0.sub(other.0), self.1.sub(other.1))
-    }
-
-    #[inline(always)]
     pub(crate) fn mul(self, other: Self) -> Self {
         Self(self.0.mul(other.0), self.1.mul(other.1))
     }

@@ -162,17 +162,7 @@ pub(crate) fn read_ears(
     intervals: &mut Intervals,
     ears: &mut EarPair,
 ) {
-    let ChunkSpan { now, left, frames } = chunk;
-    let reading = |delay: &LinearRamp| {
-        let growth = delay.growth_now(left);
-        let first = delay.value(left) + growth;
-        ReadRequest {
-            position: (now - AHEAD as i64 - window.start) as f64 - first,
-            growth,
-            count: frames,
-            length: window.length,
-        }
-    };
+    let reading = |delay: &LinearRamp| read_request(window, chunk, delay, 0);
     let [left_ear, right_ear] = ears;
     let outs = [left_ear.as_mut_slice(), right_ear.as_mut_slice()];
     match delays {
@@ -188,25 +178,64 @@ pub(crate) fn read_ears(
     }
 }
 
+/// Reads a chunk of one signal at one delay, and as many frames before it, as if the ramp had begun earlier. The output has
+/// [`SLACK`](interpolation::SLACK) more samples, which are overwritten.
+pub(crate) fn read_once(
+    set: LaneSet,
+    window: &SignalWindow,
+    chunk: ChunkSpan,
+    (delay, earlier): (&LinearRamp, usize),
+    intervals: &mut Intervals,
+    out: &mut [f32],
+) {
+    let request = read_request(window, chunk, delay, earlier);
+    interpolation::read(set, window.signal, &[request], intervals, [out]);
+}
+
+fn read_request(
+    window: &SignalWindow,
+    chunk: ChunkSpan,
+    delay: &LinearRamp,
+    earlier: usize,
+) -> ReadRequest {
+    let ChunkSpan { now, left, frames } = chunk;
+    let growth = delay.growth_now(left);
+    let first = delay.value(left) + growth;
+    let first = (now - AHEAD as i64 - window.start) as f64 - first;
+    ReadRequest {
+        position: first - earlier as f64 * (1.0 - growth),
+        growth,
+        count: frames + earlier,
+        length: window.length,
+    }
+}
+
 /// Both ear signals of one arrival: a chunk and the interpolator's slack.
 pub(crate) type EarPair = [Vec<f32>; 2];
 
-/// Frames of history of an arrival's signal: the longest ear delay, the interpolator and rounding.
+/// Frames of an arrival's past ear signal: the longest ear delay in whole frames.
+pub(crate) fn past_frames(table: &DirectionTable) -> usize {
+    (table.max_delay().ceil() as usize + 1).next_multiple_of(8)
+}
+
+/// Frames of history of an arrival's signal: the longest ear delay at the fastest growth, the interpolator and rounding.
 pub(crate) fn history_frames(table: &DirectionTable) -> usize {
-    (table.max_delay().ceil() as usize + 12)
+    ((1.5 * table.max_delay()).ceil() as usize + 20)
         .max(CHUNK / 4 + 16)
         .next_multiple_of(8)
 }
 
-/// Buffers of one batch of arrivals.
-pub(crate) fn ear_pairs() -> [EarPair; BATCH] {
-    std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; CHUNK + interpolation::SLACK]))
+/// Buffers of one batch of arrivals, with room for `past` frames before the chunk.
+pub(crate) fn ear_pairs(past: usize) -> [EarPair; BATCH] {
+    let length = past + CHUNK + interpolation::SLACK;
+    std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; length]))
 }
 
 /// One arrival, read at both ears, or once.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Arrival<'a> {
-    pub(crate) ears: &'a EarPair,
+    /// The ears' signals, at least as long as the chunk.
+    pub(crate) ears: [&'a [f32]; 2],
     pub(crate) target: &'a [F32x8],
     pub(crate) growth: &'a [F32x8],
     pub(crate) rate: RampRate,

@@ -69,7 +69,7 @@ impl FarField {
             has_orientation: false,
             lookup: vec![F32x8::ZERO; table.width()],
             intervals: Intervals::new(),
-            ear_signals: ear_ramps::ear_pairs(),
+            ear_signals: ear_ramps::ear_pairs(0),
             set: LaneSet::best(),
             quiet_frames: history,
             gain: 1.0,
@@ -211,7 +211,7 @@ impl FarField {
             let arrivals = std::array::from_fn(|n| {
                 let offset = (first + n) * width;
                 Some(Arrival {
-                    ears: &self.ear_signals[n],
+                    ears: self.ear_signals[n].each_ref().map(Vec::as_slice),
                     target: &self.targets[offset..][..width],
                     growth: &self.growths[offset..][..width],
                     rate: self.rate,

@@ -79,11 +79,6 @@ pub(crate) struct PrefetchWindow<'a> {
 }
 
 impl PrefetchWindow<'_> {
-    /// Prefetches all of it.
-    pub(crate) fn fetch(&mut self) {
-        (0..4).for_each(|_| self.fetch_quarter());
-    }
-
     /// Prefetches the next quarter; four calls, none of which waits for memory.
     #[inline]
     pub(crate) fn fetch_quarter(&mut self) {

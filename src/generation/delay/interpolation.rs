@@ -8,7 +8,7 @@
 //! by 1/f². The error for a tone is below −72 dB to 4 kHz, −56 dB to 8 kHz and −38 dB to 10 kHz. Fifth-order Lagrange
 //! interpolation has −76, −41 and −31 dB at 1.5 times the cost.
 
-use crate::simd::{LaneSet, Lanes, Lanes16, kernel};
+use crate::simd::{LANE_INDICES, LaneSet, Lanes, Lanes16, kernel};
 
 /// Samples needed before the one at or below the reading position.
 pub(crate) const BEHIND: usize = 2;
@@ -97,8 +97,15 @@ pub(crate) fn read<const READINGS: usize>(
     signal: &[f32],
     readings: &[ReadRequest; READINGS],
     intervals: &mut Intervals,
-    outs: [&mut [f32]; READINGS],
+    mut outs: [&mut [f32]; READINGS],
 ) {
+    if let ([at], [out, ..]) = (readings.as_slice(), &mut outs[..])
+        && at.growth != 0.0
+    {
+        // What no other reading shares is not kept.
+        read_moving_once(set, signal, at, out);
+        return;
+    }
     let mut span: Option<(i64, i64)> = None;
     for at in readings.iter().filter(|at| at.growth != 0.0) {
         let last = (at.length as i64 - (BEHIND + AHEAD + 1) as i64).max(0);
@@ -121,32 +128,25 @@ pub(crate) fn read<const READINGS: usize>(
 
 kernel! {
     /// Computes the polynomials of `count` intervals from index `at` on; the first window starts at `signal[0]`.
-    /// Overwrites up to fifteen more.
-    ///
-    /// At both ends of an interval the even terms sum to half the inner pair's sum and the odd terms to half its
-    /// difference: the terms in x² and x³ follow from the others.
+    /// Overwrites up to seven more.
     fn expand<L>(signal: &[f32], count: usize, at: usize, intervals: &mut Intervals) {
-        let end = (at + count.next_multiple_of(SLACK)).min(LONGEST / SLACK * SLACK);
+        let end = (at + count.next_multiple_of(8)).min(LONGEST / 8 * 8);
         let [e0, e2, o1, o3] = &mut intervals.0;
-        let e = e0[at..end].as_chunks_mut::<SLACK>().0.iter_mut();
-        let e = e.zip(e2[at..end].as_chunks_mut::<SLACK>().0);
-        let o = o1[at..end].as_chunks_mut::<SLACK>().0.iter_mut();
-        let o = o.zip(o3[at..end].as_chunks_mut::<SLACK>().0);
-        let [even_a, even_b, even_c] = [Lanes16::splat(EVEN[0]), Lanes16::splat(EVEN[1]), Lanes16::splat(EVEN[2])];
-        let [odd_a, odd_b, odd_c] = [Lanes16::splat(ODD[0]), Lanes16::splat(ODD[1]), Lanes16::splat(ODD[2])];
-        let four = Lanes16::splat(4.0);
-        let mut index = 0;
+        let e = e0[at..end].as_chunks_mut::<8>().0.iter_mut();
+        let e = e.zip(e2[at..end].as_chunks_mut::<8>().0);
+        let o = o1[at..end].as_chunks_mut::<8>().0.iter_mut();
+        let o = o.zip(o3[at..end].as_chunks_mut::<8>().0);
+        let mut signal = signal;
         for ((e0, e2), (o1, o3)) in e.zip(o) {
-            let [first, second, third, fourth, fifth, sixth] = taps::<L>(signal, index);
-            let (a, b, c) = (sixth.add(first), fifth.add(second), fourth.add(third));
-            let middle = c.mul_add(even_c, b.mul_add(even_b, a.mul(even_a)));
+            let Some(window) = signal.first_chunk::<{ 8 + BEHIND + AHEAD }>() else {
+                break;
+            };
+            let [middle, square, slope, cube] = polynomials(taps_of_eight::<L>(window));
             middle.store(e0);
-            middle.neg_mul_add(four, c.add(c)).store(e2);
-            let (a, b, c) = (sixth.sub(first), fifth.sub(second), fourth.sub(third));
-            let slope = c.mul_add(odd_c, b.mul_add(odd_b, a.mul(odd_a)));
+            square.store(e2);
             slope.store(o1);
-            c.sub(slope).mul(four).store(o3);
-            index += SLACK;
+            cube.store(o3);
+            signal = &signal[8..];
         }
     }
 }
@@ -167,36 +167,104 @@ kernel! {
 kernel! {
     /// A reading with changing delay.
     fn read_moving<L>(intervals: &Intervals, at: &ReadRequest, out: &mut [f32]) {
-        let room = (at.length - BEHIND - AHEAD) as i64;
-        // Positions are positive except for rounding, where truncation and floor differ by less than one interval.
-        let whole = at.position as i64;
-        let start = whole - BEHIND as i64;
-        let fraction = (at.position - whole as f64) as f32;
-        let growth = at.growth as f32;
         let mut from = 0;
-        while from < at.count {
-            // Within a run the integer part of the position advances with i: the fraction is one linear function of i.
-            let first = fraction - growth * from as f32;
-            let shift = floor(first);
-            let to_edge = if growth > 0.0 {
-                (fraction - shift) / growth
-            } else {
-                (fraction - shift - 1.0) / growth
-            };
-            let to = (to_edge.min(at.count as f32) as usize + 1).clamp(from + 1, at.count);
-            let interval = start + from as i64 + shift as i64;
-            let base = interval.clamp(0, room - (to - from) as i64);
-            let run = Run {
-                offset: fraction - shift - 0.5 + (interval - base) as f32,
-                growth,
-                from,
-                base: base as usize,
-            };
+        while let Some((run, to)) = run_from(at, from) {
             // The next run overwrites the slack of this one.
             read_run::<L>(intervals, &run, &mut out[from..to + SLACK]);
             from = to;
         }
     }
+}
+
+kernel! {
+    /// [`expand`] and [`read_moving`] of one reading, with the same bits.
+    fn read_moving_once<L>(signal: &[f32], at: &ReadRequest, out: &mut [f32]) {
+        let mut from = 0;
+        while let Some((run, to)) = run_from(at, from) {
+            let tiles = (to - from).div_ceil(8);
+            let out = &mut out[from..to + SLACK].as_chunks_mut::<8>().0[..tiles];
+            let (offset, growth) = (L::splat(run.offset), L::splat(run.growth));
+            let mut number = L::from_array(LANE_INDICES).add(L::splat(from as f32));
+            let mut signal = signal.get(run.base..).unwrap_or_default();
+            for out in out {
+                let Some(window) = signal.first_chunk::<{ 8 + BEHIND + AHEAD }>() else {
+                    break;
+                };
+                let x = number.neg_mul_add(growth, offset);
+                let square = x.mul(x);
+                let [e0, e2, o1, o3] = polynomials(taps_of_eight::<L>(window));
+                let even = e2.mul_add(square, e0);
+                o3.mul_add(square, o1).mul_add(x, even).store(out);
+                number = number.add(L::splat(8.0));
+                signal = &signal[8..];
+            }
+            from = to;
+        }
+    }
+}
+
+/// The run that begins with an output sample, and its end; `None` behind the last sample.
+#[inline(always)]
+fn run_from(at: &ReadRequest, from: usize) -> Option<(Run, usize)> {
+    if from >= at.count {
+        return None;
+    }
+    let room = (at.length - BEHIND - AHEAD) as i64;
+    // Positions are positive except for rounding, where truncation and floor differ by less than one interval.
+    let whole = at.position as i64;
+    let start = whole - BEHIND as i64;
+    let fraction = (at.position - whole as f64) as f32;
+    let growth = at.growth as f32;
+    // Within a run the integer part of the position advances with i: the fraction is one linear function of i.
+    let first = fraction - growth * from as f32;
+    let shift = floor(first);
+    let to_edge = if growth > 0.0 {
+        (fraction - shift) / growth
+    } else {
+        (fraction - shift - 1.0) / growth
+    };
+    let to = (to_edge.min(at.count as f32) as usize + 1).clamp(from + 1, at.count);
+    let interval = start + from as i64 + shift as i64;
+    let base = interval.clamp(0, room - (to - from) as i64);
+    let run = Run {
+        offset: fraction - shift - 0.5 + (interval - base) as f32,
+        growth,
+        from,
+        base: base as usize,
+    };
+    Some((run, to))
+}
+
+/// The terms `1, x², x, x³` of eight intervals, by their six taps.
+///
+/// At both ends of an interval the even terms sum to half the inner pair's sum and the odd terms to half its difference: the terms
+/// in x² and x³ follow from the others.
+#[inline(always)]
+fn polynomials<L: Lanes>(taps: [L; 6]) -> [L; 4] {
+    let [first, second, third, fourth, fifth, sixth] = taps;
+    let [even_a, even_b, even_c] = [L::splat(EVEN[0]), L::splat(EVEN[1]), L::splat(EVEN[2])];
+    let [odd_a, odd_b, odd_c] = [L::splat(ODD[0]), L::splat(ODD[1]), L::splat(ODD[2])];
+    let four = L::splat(4.0);
+    let (a, b, c) = (sixth.add(first), fifth.add(second), fourth.add(third));
+    let middle = c.mul_add(even_c, b.mul_add(even_b, a.mul(even_a)));
+    let square = middle.neg_mul_add(four, c.add(c));
+    let (a, b, c) = (sixth.sub(first), fifth.sub(second), fourth.sub(third));
+    let slope = c.mul_add(odd_c, b.mul_add(odd_b, a.mul(odd_a)));
+    let cube = c.sub(slope).mul(four);
+    [middle, square, slope, cube]
+}
+
+/// Eight consecutive samples for each tap.
+#[inline(always)]
+fn taps_of_eight<L: Lanes>(window: &[f32; 8 + BEHIND + AHEAD]) -> [L; 6] {
+    [
+        L::load_at(window, 0),
+        L::load_at(window, 1),
+        L::load_at(window, 2),
+        L::load_at(window, 3),
+        L::load_at(window, 4),
+        L::load_at(window, 5),
+    ]
 }
 
 /// `f32::floor` of a small number; the function itself is a library call on x86-64 without SSE 4.1.

@@ -13,6 +13,8 @@ use crate::extrapolation::{FramePaths, LATE_GROUPS, LATE_SEGMENTS, LateSend};
 use crate::simd::{F32x8, LANE_INDICES, LaneSet, kernel};
 
 use crate::generation::delay::delay_line::{DelayLine, TILE, Tile, band_index};
+use crate::generation::delay::held;
+use crate::generation::delay::held::{MIDDLE, STRETCH_TILES};
 use crate::generation::ramp::{BandRamp, ChunkSpan};
 use crate::generation::reverb::network::{BUSES, SHORTEST_T60_S, Timing};
 use crate::generation::reverb::send_grid;
@@ -207,22 +209,26 @@ impl LateSends {
         let groups = sends.chunks_exact(LATE_SEGMENTS).enumerate();
         let sends = groups.flat_map(|(group, sends)| sends.iter().map(move |send| (group, send)));
         let taps = sends.flat_map(|(group, send)| send.taps.iter().map(move |tap| (group, tap)));
-        let mut audible = taps.filter(audible).peekable();
-        while let Some((group, tap)) = audible.next() {
-            // Prefetches the next tap while this one is added.
-            if let Some((_, next)) = audible.peek() {
-                line.prefetch_window(now - next.delay, frames).fetch();
-            }
+        for (group, tap) in taps.filter(audible) {
             let position = now - tap.delay;
             let (lane, parts) = line.tiles(position, frames);
+            let growth = tap.gain.growth_now(left);
             let mut gains = SendGains {
                 before: tap.gain.value(left),
-                growth: tap.gain.growth_now(left),
+                growth,
+                left: left as f32,
                 index: TILE - lane,
             };
+            let is_held = held::is_exact(&growth, &tap.gain.target);
+            let mut passed = held::tiles_passed(position - lane as i64);
             let row = &mut self.input[group][tap.bus];
             for tiles in parts.into_iter().filter(|tiles| !tiles.is_empty()) {
-                add_tiles(self.set, tiles, &gains, row);
+                if is_held {
+                    add_held_tiles(self.set, tiles, &gains, passed, row);
+                } else {
+                    add_tiles(self.set, tiles, &gains, row);
+                }
+                passed = (passed + tiles.len()) % STRETCH_TILES;
                 gains.index += tiles.len() * TILE;
             }
         }
@@ -246,6 +252,8 @@ struct SendGains {
     before: F32x8,
     /// Growth per frame.
     growth: F32x8,
+    /// Frames left of the ramp before the chunk's first frame.
+    left: f32,
     /// Index in the [`Row`].
     index: usize,
 }
@@ -266,6 +274,34 @@ kernel! {
             }
             sum.store(sums);
             grown = grown.add(L::splat(TILE as f32));
+        }
+    }
+}
+
+kernel! {
+    /// Adds the weighted sum of the bands of tiles with gains that are held; `passed` tiles of the first stretch come before them.
+    fn add_held_tiles<L>(tiles: &[Tile], gains: &SendGains, passed: usize, row: &mut Row) {
+        let mut sums = row.get_mut(gains.index..).unwrap_or_default().as_chunks_mut::<TILE>().0.iter_mut();
+        let (mut tiles, mut passed) = (tiles, passed);
+        // Frames grown in the middle of the stretch.
+        let mut grown = gains.index as f32 - (TILE - 1) as f32 - (passed * TILE) as f32 + MIDDLE;
+        while !tiles.is_empty() {
+            let (now, later) = tiles.split_at((STRETCH_TILES - passed).min(tiles.len()));
+            let growth = L::from_array(gains.growth);
+            let held = growth.mul_add(L::splat(grown.min(gains.left)), L::from_array(gains.before));
+            let held = L::splat_each(held.to_array());
+            for (tile, sums) in now.iter().zip(&mut sums) {
+                let mut even = L::load(sums);
+                let mut odd = L::splat(0.0);
+                for band in 0..BANDS / 2 {
+                    even = L::from_array(tile[2 * band]).mul_add(held[band], even);
+                    odd = L::from_array(tile[2 * band + 1]).mul_add(held[band + BANDS / 2], odd);
+                }
+                even.add(odd).store(sums);
+            }
+            grown += (STRETCH_TILES * TILE) as f32;
+            passed = 0;
+            tiles = later;
         }
     }
 }

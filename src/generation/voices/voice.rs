@@ -14,6 +14,8 @@ use crate::generation::bands::air_filter::{AIR_DELAY, AirState};
 use crate::generation::binaural::ear_ramps;
 use crate::generation::binaural::ear_ramps::{EarPair, RampRate, SignalWindow};
 use crate::generation::delay::delay_line::{DelayLine, PrefetchWindow, SEGMENT, TILE, Tile};
+use crate::generation::delay::held;
+use crate::generation::delay::held::{MIDDLE, STRETCH_TILES};
 use crate::generation::delay::interpolation::{AHEAD, Intervals};
 use crate::generation::ramp::{ChunkSpan, LinearRamp};
 use crate::generation::render_context::SlotOwner;
@@ -47,12 +49,19 @@ pub(crate) struct Voice {
     gain: F32x8,
     gain_growth: F32x8,
     gain_end: i64,
+    /// Whether growing gains are held.
+    holds_gains: bool,
     /// Next position to mix.
     next: i64,
     /// Path delay in frames.
     delay: LinearRamp,
     /// Path and ear delay in frames.
     ear_delays: [LinearRamp; 2],
+    /// Ear delays in whole frames at the end of the ramp, and whether they are the same in all of it.
+    whole_ears: Option<[u32; 2]>,
+    keeps_whole_ears: bool,
+    /// Whether the past of the signal that both ears share is known.
+    has_past: bool,
     /// Rate of the weights' ramp.
     pub(crate) rate: RampRate,
     /// Groups of buses in use during the ramp and after it.
@@ -69,6 +78,8 @@ pub(crate) struct Voice {
 pub(crate) struct VoiceScratch<'a> {
     /// The voice's last mixed positions.
     pub(crate) history: &'a mut [f32],
+    /// The last frames of the signal that both ears share.
+    pub(crate) past: &'a mut [f32],
     /// The history, [`MAX_FRESH`] positions and the interpolator's slack.
     pub(crate) mixture: &'a mut [f32],
     /// [`MAX_FRESH`] positions and [`AIR_SCRATCH`](crate::generation::bands::air_filter::AIR_SCRATCH).
@@ -98,9 +109,9 @@ impl Voice {
             since: owner.since,
             next: last_position(now - 1, delay) + 1,
             delay: LinearRamp::at_rest(delay),
-            ear_delays: request
-                .ears
-                .map(|ear| LinearRamp::at_rest(delay + f64::from(ear))),
+            ear_delays: ear_delays(request, 0.0).map(|ear| LinearRamp::at_rest(delay + ear)),
+            whole_ears: request.whole_ears,
+            keeps_whole_ears: request.whole_ears.is_some(),
             air: request.air.as_ref().map(AirState::new),
             ..Self::default()
         };
@@ -154,9 +165,14 @@ impl Voice {
             };
         }
         self.delay.retarget(path_delay, left, ramp);
-        for (delay, ear) in self.ear_delays.iter_mut().zip(request.ears) {
-            delay.retarget(path_delay + f64::from(ear), left, ramp);
+        let ears = ear_delays(request, self.delay.growth_now(ramp));
+        for (delay, ear) in self.ear_delays.iter_mut().zip(ears) {
+            delay.retarget(path_delay + ear, left, ramp);
         }
+        self.keeps_whole_ears =
+            request.whole_ears.is_some() && request.whole_ears == self.whole_ears;
+        self.has_past &= self.keeps_whole_ears;
+        self.whole_ears = request.whole_ears;
         let end = last_position(now - 1 + i64::from(ramp), path_delay);
         self.ramp_gain(request.gain, end);
     }
@@ -183,6 +199,7 @@ impl Voice {
         let positions = (self.gain_end - last) as f32;
         self.gain_growth = (gain - present) * F32x8::splat(1.0 / positions);
         self.gain = gain;
+        self.holds_gains = held::is_exact(&self.gain_growth, &gain);
     }
 
     /// The stretch of the delay line that a chunk of `frames` frames mixes next at constant delay, without the part that
@@ -214,6 +231,7 @@ impl Voice {
     ) -> bool {
         let VoiceScratch {
             history,
+            past,
             mixture,
             unfiltered,
             intervals,
@@ -230,6 +248,7 @@ impl Voice {
         prefetch_window.fetch_quarter();
         if line.is_silent_from(start) {
             history.fill(0.0);
+            self.has_past = false;
             if let Some(air) = &mut self.air {
                 air.clear();
             }
@@ -251,10 +270,40 @@ impl Voice {
             length: reserve + fresh,
             start,
         };
-        let delays = &self.ear_delays[..readings];
-        ear_ramps::read_ears(set, &window, chunk, delays, intervals, ears);
+        if self.shared_ears().is_some() {
+            self.read_shared(set, &window, chunk, past, intervals, ears);
+        } else {
+            let delays = &self.ear_delays[..readings];
+            ear_ramps::read_ears(set, &window, chunk, delays, intervals, ears);
+        }
         prefetch_window.fetch_quarter();
         true
+    }
+
+    /// Ear delays in whole frames if both ears share one signal.
+    pub(crate) fn shared_ears(&self) -> Option<[u32; 2]> {
+        self.whole_ears.filter(|_| self.keeps_whole_ears)
+    }
+
+    /// Reads a chunk of the signal that both ears share, after its past, into the first buffer. Without a known past it is read as
+    /// if the present ramp had begun earlier.
+    fn read_shared(
+        &mut self,
+        set: LaneSet,
+        window: &SignalWindow,
+        chunk: ChunkSpan,
+        past: &mut [f32],
+        intervals: &mut Intervals,
+        ears: &mut EarPair,
+    ) {
+        let signal = &mut ears[0];
+        let earlier = if self.has_past { 0 } else { past.len() };
+        let known = past.len() - earlier;
+        signal[..known].copy_from_slice(&past[..known]);
+        let out = &mut signal[known..];
+        ear_ramps::read_once(set, window, chunk, (&self.delay, earlier), intervals, out);
+        past.copy_from_slice(&signal[chunk.frames..][..past.len()]);
+        self.has_past = true;
     }
 
     /// Mixes `fresh` positions from [`Self::next`] on into `mixture` from index `reserve` on. Works in whole tiles and
@@ -274,14 +323,31 @@ impl Voice {
             growth: self.gain_growth,
             to_come: self.gain_end - self.next + lane as i64,
         };
+        let mut position = self.next - lane as i64;
         for tiles in parts.into_iter().filter(|tiles| !tiles.is_empty()) {
-            let end = offset + tiles.len() * TILE;
-            mix(set, tiles, &gains, &mut mixture[offset..end]);
-            gains.to_come -= (tiles.len() * TILE) as i64;
+            let frames = (tiles.len() * TILE) as i64;
+            let end = offset + frames as usize;
+            let mixed = &mut mixture[offset..end];
+            if self.holds_gains && gains.to_come > 0 {
+                mix_held(set, tiles, &gains, held::tiles_passed(position), mixed);
+            } else {
+                mix(set, tiles, &gains, mixed);
+            }
+            gains.to_come -= frames;
+            position += frames;
             offset = end;
         }
         let other_owner = (self.since - self.next).clamp(0, fresh as i64) as usize;
         mixture[reserve..reserve + other_owner].fill(0.0);
+    }
+}
+
+/// Delays of the ears after the path's. A shared signal reaches an ear as it was so many frames ago, when the path's delay was
+/// less by its growth since.
+fn ear_delays(request: &VoiceRequest, growth: f64) -> [f64; 2] {
+    match request.whole_ears {
+        Some(frames) => frames.map(|frames| f64::from(frames) * (1.0 - growth)),
+        None => request.ears.map(f64::from),
     }
 }
 
@@ -306,6 +372,29 @@ struct RampedGains {
     growth: F32x8,
     /// Positions left at the first one.
     to_come: i64,
+}
+
+kernel! {
+    /// Mixes the bands of tiles with gains that are held; `passed` tiles of the first stretch come before them.
+    fn mix_held<L>(tiles: &[Tile], gains: &RampedGains, passed: usize, mixture: &mut [f32]) {
+        let mut tiles = tiles;
+        let mut mixed = mixture.as_chunks_mut::<TILE>().0.iter_mut();
+        let mut passed = passed;
+        let mut to_come = gains.to_come as f32 + (passed * TILE) as f32;
+        while !tiles.is_empty() {
+            let (now, later) = tiles.split_at((STRETCH_TILES - passed).min(tiles.len()));
+            let left = L::splat((to_come - MIDDLE).max(0.0));
+            let growth = L::from_array(gains.growth);
+            let held = growth.neg_mul_add(left, L::from_array(gains.gain));
+            let held = paired_lanes::<L>(held.to_array());
+            for (tile, mixed) in now.iter().zip(&mut mixed) {
+                sum::<L>(tile, &held).store(mixed);
+            }
+            to_come -= (STRETCH_TILES * TILE) as f32;
+            passed = 0;
+            tiles = later;
+        }
+    }
 }
 
 kernel! {

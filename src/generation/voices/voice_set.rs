@@ -16,7 +16,9 @@ use crate::simd::{F32x8, LaneSet, prefetch};
 
 use crate::generation::bands::air_filter::{AIR_DELAY, AIR_SCRATCH};
 use crate::generation::binaural::ear_ramps;
-use crate::generation::binaural::ear_ramps::{Arrival, EarPair, Weights, history_frames};
+use crate::generation::binaural::ear_ramps::{
+    Arrival, EarPair, Weights, history_frames, past_frames,
+};
 use crate::generation::binaural::filter_bank::{BATCH, OutputBuses};
 use crate::generation::delay::delay_line::{DelayLine, PrefetchWindow};
 use crate::generation::delay::interpolation::{Intervals, SLACK};
@@ -51,6 +53,9 @@ pub(crate) struct VoiceSet {
     history: usize,
     voices: Vec<Voice>,
     histories: Vec<f32>,
+    /// Frames of past of a signal that both ears share, and those of each voice.
+    past: usize,
+    pasts: Vec<f32>,
     targets: Vec<F32x8>,
     growths: Vec<F32x8>,
     /// Sorted by identity.
@@ -86,6 +91,7 @@ impl VoiceSet {
         let pool = 2 * max_voices;
         let width = table.width();
         let history = history_frames(table);
+        let past = past_frames(table);
         Self {
             max_voices,
             ears: table.ears(),
@@ -94,6 +100,8 @@ impl VoiceSet {
             history,
             voices: vec![Voice::default(); pool],
             histories: vec![0.0; pool * history],
+            past,
+            pasts: vec![0.0; pool * past],
             targets: vec![F32x8::ZERO; pool * width],
             growths: vec![F32x8::ZERO; pool * width],
             active: Vec::with_capacity(max_voices),
@@ -108,7 +116,7 @@ impl VoiceSet {
             mixture: vec![0.0; history + MAX_FRESH + SLACK],
             unfiltered: vec![0.0; MAX_FRESH + AIR_SCRATCH],
             intervals: Intervals::new(),
-            ear_signals: std::array::from_fn(|_| ear_ramps::ear_pairs()),
+            ear_signals: std::array::from_fn(|_| ear_ramps::ear_pairs(past)),
             set: LaneSet::best(),
         }
     }
@@ -397,14 +405,17 @@ impl VoiceSet {
         self.fading.push(index);
     }
 
-    /// Adds a chunk of every voice to the buses in one pass over the delay lines.
+    /// Adds a chunk of every voice to the buses in one pass over the delay lines. Calls `after_slot` for every slot in order, when the
+    /// voices of its source are done: its delay line is in the cache.
     pub(crate) fn render(
         &mut self,
         lines: &[DelayLine],
         chunk: ChunkSpan,
         buses: &mut OutputBuses,
+        after_slot: &mut impl FnMut(usize),
     ) {
-        self.render_range(0..self.order.len(), lines, chunk, buses);
+        let after_last = self.render_range(0..self.order.len(), lines, chunk, buses, after_slot);
+        (after_last..lines.len()).for_each(after_slot);
         for &index in &self.fading {
             self.voices[index as usize].advance_fade(chunk.frames);
         }
@@ -425,7 +436,7 @@ impl VoiceSet {
         if first == end {
             return;
         }
-        self.render_range(first..end, lines, chunk, buses);
+        self.render_range(first..end, lines, chunk, buses, &mut |_| ());
         for &index in &self.order[first..end] {
             self.voices[index as usize].advance_fade(chunk.frames);
         }
@@ -451,14 +462,17 @@ impl VoiceSet {
         }
     }
 
-    /// Adds a chunk of a range of [`Self::order`] to the buses, in batches of one kind.
+    /// Adds a chunk of a range of [`Self::order`] to the buses, in batches of one kind. Calls `after_slot` for every slot below that of
+    /// the range's last voice, which is returned.
     fn render_range(
         &mut self,
         range: Range<usize>,
         lines: &[DelayLine],
         chunk: ChunkSpan,
         buses: &mut OutputBuses,
-    ) {
+        after_slot: &mut impl FnMut(usize),
+    ) -> usize {
+        let mut slot = 0;
         let resting = usize::from(chunk.left == 0);
         let mut batches = [[0; BATCH]; KINDS];
         let mut counts = [0; KINDS];
@@ -466,6 +480,10 @@ impl VoiceSet {
             let index = self.order[position];
             let prefetch_window = self.prefetch_next(position + 1, lines, chunk.frames);
             let voice = &mut self.voices[index as usize];
+            while slot < voice.slot.min(lines.len()) {
+                after_slot(slot);
+                slot += 1;
+            }
             let Some(line) = lines.get(voice.slot).filter(|_| !voice.is_over()) else {
                 continue;
             };
@@ -474,6 +492,7 @@ impl VoiceSet {
             let count = &mut counts[kind];
             let scratch = VoiceScratch {
                 history: of_voice(&mut self.histories, index, self.history),
+                past: of_voice(&mut self.pasts, index, self.past),
                 mixture: &mut self.mixture,
                 unfiltered: &mut self.unfiltered,
                 intervals: &mut self.intervals,
@@ -497,6 +516,7 @@ impl VoiceSet {
                 self.add(rest, kind, chunk, buses);
             }
         }
+        slot
     }
 
     /// Prefetches the voice after the one at `position`; returns the delay-line stretch of the latter.
@@ -530,8 +550,13 @@ impl VoiceSet {
         let arrivals = std::array::from_fn(|n| {
             let index = *batch.get(n)? as usize;
             let position = index * width;
+            let [left, right] = &self.ear_signals[kind][n];
+            let ears: [&[f32]; 2] = match self.voices[index].shared_ears() {
+                Some(delays) => delays.map(|delay| &left[self.past - delay as usize..]),
+                None => [left, right],
+            };
             Some(Arrival {
-                ears: &self.ear_signals[kind][n],
+                ears,
                 target: &self.targets[position..][..width],
                 growth: &self.growths[position..][..width],
                 rate: self.voices[index].rate,
