@@ -14,7 +14,7 @@ use crate::generation::voices::ranking::Ranking;
 
 /// Exact ear delays have the loudest voices: this part of those in full detail, but not fewer than so many. The others have whole
 /// frames, which at 44.1 kHz are off by 11 us an ear at most. Alone, 10 us between the ears are heard \[KLUMPP56\]; after a louder
-/// sound it takes several times as much \[ZUREK80\].
+/// sound it takes markedly more \[ZUREK80\].
 const EXACT_PART: usize = 4;
 const MIN_EXACT: usize = 16;
 
