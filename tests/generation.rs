@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use foresound::extrapolation::{FramePaths, LATE_GROUPS, LateGroup, LateSend};
+use foresound::extrapolation::{FramePath, FramePaths, LATE_GROUPS, LateGroup, LateSend};
 use foresound::generation::{Generator, GeneratorSettings};
 use foresound::scene::SourceId;
 use glam::{Quat, Vec3};
@@ -56,6 +56,53 @@ fn pass_by_has_the_doppler_shift_of_its_geometry() {
         // The steepest slope of the tone at the highest pitch, one percent for the interpolator and rounding.
         let steepest = f64::from(peak) * TAU * HZ * (1.0 + 20.0 / SPEED_M_S) / rate * 1.01;
         assert!(f64::from(largest_step(&left[settled..])) < steepest);
+    }
+}
+
+/// Sixteen louder paths of a silent source leave whole frames to a path: its ears are off by half a frame at most, whether its
+/// direction and delay change or not, and nothing steps. With four it has exact delays.
+#[test]
+fn a_quiet_path_reaches_each_ear_within_half_a_frame() {
+    const HZ: f64 = 500.0;
+    const RATE_HZ: f64 = 44_100.0;
+    for (turn, delay_growth_s) in [(0.0, 0.0), (0.013, 0.0), (0.013, 2e-5), (0.0, -2e-5)] {
+        let ears = |louder: u64| {
+            let settings = GeneratorSettings {
+                fine_voices: 4,
+                ..settings(44_100)
+            };
+            let mut generator = generator_with_built_in_head(settings);
+            let frames = (0..60).map(|k| {
+                let k = f64::from(k);
+                let angle = (0.7 + turn * k) as f32;
+                let arrival = Vec3::new(angle.sin(), 0.1, -angle.cos()).normalize();
+                let louder = (0..louder).map(|id| FramePath {
+                    source: SourceId::new(1, 0),
+                    ..path(100 + id, 1.0, 0.02, Vec3::NEG_Z)
+                });
+                let quiet = path(7, 0.3, 0.01 + delay_growth_s * k, arrival);
+                frame([quiet].into_iter().chain(louder).collect())
+            });
+            run(&mut generator, frames, |start| {
+                tone(HZ, RATE_HZ, start, RAMP as usize)
+            })
+        };
+        let (exact, whole) = (ears(4), ears(16));
+        let mut most = 0.0f64;
+        for (exact, whole) in exact.iter().zip(&whole) {
+            let settled = 4 * RAMP as usize;
+            let (exact, whole) = (&exact[settled..], &whole[settled..]);
+            let off: Vec<f32> = exact.iter().zip(whole).map(|(a, b)| a - b).collect();
+            let off = (energy(&off) / energy(exact)).sqrt();
+            // The phase of half a frame, and 1 % of it for gains that are held and rounding.
+            assert!(off < TAU * HZ * 0.5 / RATE_HZ * 1.01, "{off}");
+            most = most.max(off);
+            // The steepest slope of the tone where the delay shrinks and an ear's delay changes by a whole frame in a ramp.
+            let peak = whole.iter().fold(0.0f32, |most, s| most.max(s.abs()));
+            let slope = TAU * HZ / RATE_HZ * (1.0 + 1e-2);
+            assert!(f64::from(largest_step(whole)) < f64::from(peak) * slope);
+        }
+        assert!(most > 1e-3, "whole frames are in use: {most}");
     }
 }
 

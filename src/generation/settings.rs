@@ -39,7 +39,8 @@ pub struct GeneratorSettings {
     pub max_voices: usize,
     /// Number of loudest paths that use every component of the HRTF set; the others use the first eight. With the
     /// built-in sets this raises a path's mean spectral error from 0.6 to 1.2 dB. At most [`Self::max_voices`] apply.
-    /// All but the loudest quarter of them reach each ear to the nearest audio frame, from 44.1 kHz on.
+    /// In binaural sound, from 44.1 kHz on, all paths but the loudest (a quarter of this number, at least 16) reach each ear to the
+    /// nearest audio frame, 11 us off at most; with [`Self::max_voices`] here all have exact delays.
     pub fine_voices: usize,
     /// Longest path delay in seconds, 0.01 to 10; longer paths are dropped and counted. 1.5 s are 515 m.
     pub max_delay_s: f64,

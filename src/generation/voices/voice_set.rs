@@ -463,7 +463,7 @@ impl VoiceSet {
     }
 
     /// Adds a chunk of a range of [`Self::order`] to the buses, in batches of one kind. Calls `after_slot` for every slot below that of
-    /// the range's last voice, which is returned.
+    /// the range's last voice, and returns how many these are.
     fn render_range(
         &mut self,
         range: Range<usize>,

@@ -92,3 +92,38 @@ fn a_ramp_in_parts_equals_the_whole_ramp() {
     );
     assert_eq!(whole, parts);
 }
+
+#[test]
+fn held_gains_are_those_of_the_middle_of_a_stretch() {
+    let (tiles, passed) = (tiles(14), 3);
+    for to_come in ENDS {
+        let gains = gains(to_come);
+        let mut found = [f32::NAN; 14 * TILE];
+        mix_held(LaneSet::best(), &tiles, &gains, passed, &mut found);
+        for (index, found) in found.into_iter().enumerate() {
+            let stretch = (index + passed * TILE) / 64;
+            let middle = (64 * stretch) as f64 + 31.5 - (passed * TILE) as f64;
+            let left = (to_come as f64 - middle).max(0.0);
+            let exact: f64 = (0..BANDS)
+                .map(|band| {
+                    let gain =
+                        f64::from(gains.gain.0[band]) - f64::from(gains.growth.0[band]) * left;
+                    gain * f64::from(tiles[index / TILE][band_index(band)].0[index % TILE])
+                })
+                .sum();
+            // As of a mixture whose gains grow.
+            let bound = 17.0 * 16.0 * f64::from(f32::EPSILON) / 2.0;
+            assert!(
+                (f64::from(found) - exact).abs() < bound,
+                "{to_come} {index}"
+            );
+        }
+        // A part that begins in another stretch has the same gains.
+        let mut parts = [0.0; 14 * TILE];
+        let set = LaneSet::best();
+        mix_held(set, &tiles[..6], &gains, passed, &mut parts[..6 * TILE]);
+        let later = self::gains(to_come - 6 * TILE as i64);
+        mix_held(set, &tiles[6..], &later, 1, &mut parts[6 * TILE..]);
+        assert_eq!(found, parts, "{to_come}");
+    }
+}

@@ -236,7 +236,7 @@ fn second_mode([first, second]: [f64; MODES], rate: f64) -> f64 {
     low
 }
 
-/// To which share the second group is for the second mode, from both their rates relative to the slow one, the fastest group's being `fastest`.
+/// Weight of the second mode in the second group's rate, 0 to 1. Its rate and that of the fastest group are relative to the slow one.
 fn share_of_mode(mode: f64, fastest: f64) -> f64 {
     let rises = (mode - OWN_MODE_FROM.0) / (OWN_MODE_FROM.1 - OWN_MODE_FROM.0);
     let falls = (OWN_MODE_TO.1 - mode) / (OWN_MODE_TO.1 - OWN_MODE_TO.0);
@@ -329,4 +329,34 @@ fn slope(energy: &[f32]) -> Option<f64> {
         }
     }
     (n > 2.0).then(|| ((t * y - n * ty) / (n * tt - t * t)).max(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_second_mode_has_the_rate_of_what_it_keeps() {
+        let [.., span] = DIRECTION_SPANS;
+        let rate = 0.01;
+        // Energy in the span by the midpoint rule.
+        let energy = |rate: f64| -> f64 {
+            let steps = (1000 * span.start..1000 * span.end).map(|n| (n as f64 + 0.5) / 1000.0);
+            steps.map(|step| (-rate * step).exp()).sum()
+        };
+        for ratio in [1.1, 1.7, 3.0] {
+            let kept = [0.4, 0.4 * energy(ratio * rate) / energy(rate)];
+            let found = second_mode(kept, rate);
+            assert!((found / ratio - 1.0).abs() < 1e-4, "{found} {ratio}");
+        }
+        assert!(second_mode([0.4, 0.0], rate) > 0.99 * FASTEST_MODE);
+    }
+
+    #[test]
+    fn only_a_distinct_mode_is_a_group() {
+        assert_eq!(share_of_mode(1.08, 5.0), 0.0, "one decay with the slow one");
+        assert_eq!(share_of_mode(1.8, 5.0), 1.0);
+        assert_eq!(share_of_mode(3.2, 9.0), 0.0, "not yet even in one room");
+        assert_eq!(share_of_mode(1.8, 1.8), 0.0, "the fastest group's");
+    }
 }
