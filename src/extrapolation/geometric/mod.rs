@@ -4,8 +4,8 @@
 //! Runs on the sound thread. Input: updates as they arrive; output: the reflected and diffracted paths of each graphics
 //! frame, without those of the direct field. Bounded by the number of candidates and
 //! [`GeometricSettings::rays_per_source`]; allocates only beyond the previous maximum and the reserved number of candidates.
-//! Own, after measurements (ARCHITECTURE.md): between two updates a stale delay causes the largest error, then stale
-//! visibility, then the amplitude.
+//! Own, after measurements (docs/experiments/extrapolation.md): between two updates a stale delay causes the largest error,
+//! then stale visibility, then the amplitude.
 //!
 //! - [`prepared_update`]: the work per update, on the propagation thread;
 //! - [`update_dating`]: the graphics frame that an update describes;
