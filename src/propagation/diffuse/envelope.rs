@@ -20,7 +20,7 @@ use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::energy_course::{EnergyCourse, LateBins};
 use crate::propagation::diffuse::fit_spans::{LONG_SPANS, SPAN_ENDS, SPAN_OF_STEP, SPANS, STEPS};
-use crate::propagation::diffuse::steady_tail::{HALF, steady};
+use crate::propagation::diffuse::steady_tail::{Arriving, HALF, steady};
 use crate::propagation::late_group::{LATE_GROUPS, LateGroup};
 use crate::propagation::path::{LATE_SEGMENTS, LateEnergy};
 use crate::simd::{LaneSet, Lanes, kernel};
@@ -193,6 +193,8 @@ pub(crate) struct ArrivalHistogram {
     pub(crate) late: LateBins,
     /// Variance of the energy in each span of the fit, as far as few rays carry it.
     variance: [BandArray; SPANS],
+    /// The part of the energy in each span that few rays carry.
+    of_few: [BandArray; SPANS],
 }
 
 impl ArrivalHistogram {
@@ -203,6 +205,7 @@ impl ArrivalHistogram {
             energy: [[0.0; BANDS]; STEPS],
             late: LateBins::default(),
             variance: [[0.0; BANDS]; SPANS],
+            of_few: [[0.0; BANDS]; SPANS],
         }
     }
 
@@ -250,9 +253,10 @@ impl ArrivalHistogram {
         for (step, share) in [(whole, 1.0 - rest), (whole + 1, rest)] {
             // The sum is a continuous function of the delay.
             if let Some(span) = SPAN_OF_STEP.get(step) {
-                let sum = &mut self.variance[usize::from(*span)];
+                let span = usize::from(*span);
                 for b in 0..BANDS {
-                    sum[b] += share * variance * energy[b] * energy[b];
+                    self.variance[span][b] += share * variance * energy[b] * energy[b];
+                    self.of_few[span][b] += share * energy[b];
                 }
             }
         }
@@ -292,7 +296,12 @@ impl ArrivalHistogram {
             first = end;
         }
         let (air, within) = of_air.spans_from(self.nearest_steps());
-        let drawn = steady(&mut energy[..known], &self.variance, &air[..known]);
+        let arriving = Arriving {
+            energy: &mut energy[..known],
+            of_few: &self.of_few,
+            variance: &self.variance,
+        };
+        let drawn = steady(arriving, &air[..known]);
         let own = self.course().spans_from(self.nearest_steps()).0;
         let spans = continued(&mut energy, known, within, [&own, &air], &drawn);
         let mut weights = [[1.0; BANDS]; LONG_SPANS];
@@ -390,9 +399,11 @@ fn continued(
     for span in known..within {
         for b in 0..BANDS {
             let drawn = (LATER_DRAWN * drawn[b]).min(1.0);
-            let own = ratio(own[span][b], own_level[b]);
+            let own_ratio = ratio(own[span][b], own_level[b]);
             let of_air = ratio(of_air[span][b], air_level[b]);
-            energy[span][b] = level[b] * (own + drawn * (of_air - own));
+            let continued = level[b] * (own_ratio + drawn * (of_air - own_ratio));
+            // What patches radiate arrives in any case.
+            energy[span][b] = continued.max(own[span][b]);
         }
     }
     within

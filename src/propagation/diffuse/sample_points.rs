@@ -11,6 +11,9 @@ use crate::scene::Scene;
 /// Area in square metres up to which samples of the whole scene are close enough.
 const COARSEST_M2: f64 = 16.0;
 
+/// Where fewer than one of so many samples are reached, most of a scene is open ground.
+const FEW: usize = 4;
+
 /// Points for each sample where most are left out.
 const POINTS_PER_SAMPLE: usize = 8;
 
@@ -83,7 +86,9 @@ impl PointDensity {
             count,
         };
         let total = weight_m2(scene, &tried.focus);
-        if !(total > COARSEST_M2 * count as f64 && total.is_finite()) {
+        if !total.is_finite()
+            || total <= COARSEST_M2 * count as f64 && FEW * count_reached(&tried) >= count
+        {
             return tried;
         }
         let mut is_enough = |tried: &Self, most_m2: f64| {

@@ -45,6 +45,9 @@ const LEGS: u64 = 150_000_000;
 /// Legs where few particles pass both doors early: with 100 million C80 is 0.2 to 0.5 dB from that with 1.2 billion.
 const LEGS_BEHIND_TWO_DOORS: u64 = 4 * LEGS;
 
+/// The room whose law of directions does not hold.
+pub(super) const OUT_OF_A_CONTAINER: &str = "out of a container";
+
 /// A material whose absorption is the same in all bands.
 fn plain(name: &str, absorption: f32, scattering: f32, loss_db: Option<f32>) -> Material {
     Material {
@@ -284,6 +287,38 @@ fn classroom() -> Room {
     }
 }
 
+/// A container with an open half of its door on wide open ground: most rays from the ground meet nothing.
+fn container() -> Room {
+    let panel = |axis, at, low: [f64; 3], high: [f64; 3], material| Panel {
+        axis,
+        at,
+        corners: [DVec3::from(low), DVec3::from(high)],
+        material,
+    };
+    let panels = vec![
+        panel(1, 0.0, [-14.0, 0.0, -14.0], [26.0, 0.0, 17.0], 1),
+        panel(1, 0.05, [0.0; 3], [6.0, 0.05, 2.4], 2),
+        panel(1, 2.4, [0.0; 3], [6.0, 2.4, 2.4], 0),
+        panel(0, 0.0, [0.0, 0.05, 0.0], [0.0, 2.4, 2.4], 0),
+        panel(2, 0.0, [0.0, 0.05, 0.0], [6.0, 2.4, 0.0], 0),
+        panel(2, 2.4, [0.0, 0.05, 0.0], [6.0, 2.4, 2.4], 0),
+        panel(0, 6.0, [6.0, 0.05, 1.2], [6.0, 2.4, 2.4], 0),
+    ];
+    Room {
+        name: OUT_OF_A_CONTAINER,
+        panels,
+        triangles: Vec::new(),
+        materials: vec![
+            plain("steel", 0.04, 0.1, None),
+            plain("asphalt", 0.05, 0.1, None),
+            plain("plywood", 0.1, 0.1, None),
+        ],
+        source: Vec3::new(1.2, 1.4, 1.0),
+        listener: Vec3::new(9.5, 1.6, 0.8),
+        legs: LEGS,
+    }
+}
+
 /// A corner of a cube, cut off 6 m from its corner, of plaster: after a tenth of a second almost all energy is still specular.
 fn tetrahedron() -> Room {
     let corner = |x, y, z| DVec3::new(x, y, z);
@@ -409,6 +444,7 @@ pub(super) fn all() -> Vec<Room> {
         stairwell(),
         l_shaped_room(),
         classroom(),
+        container(),
     ]
 }
 
