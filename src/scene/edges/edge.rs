@@ -116,6 +116,7 @@ impl EdgeCrossing {
 
 impl Edge {
     /// The point at a distance from the edge's beginning.
+    #[inline]
     pub fn at(&self, along_m: f64) -> DVec3 {
         self.origin + self.direction * along_m
     }
@@ -169,6 +170,7 @@ impl Edge {
     }
 
     /// Whether a point has an angle around the edge ([`Self::angle_of`]), mostly without computing it.
+    #[inline]
     pub fn is_outside(&self, point: DVec3) -> bool {
         let out = point - self.origin;
         let (x, y) = (out.dot(self.tangent), out.dot(self.normal));
