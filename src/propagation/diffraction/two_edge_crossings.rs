@@ -22,6 +22,9 @@ const MIN_SLOPE: f64 = 1e-6;
 /// Relative rounding error of a lower bound of lengths: a thousand times that of a few sums and roots in `f64`.
 const BOUND_ROUNDING: f64 = 1e-12;
 
+/// Least cosine between the lines of edges that are parallel.
+const PARALLEL: f64 = 1.0 - 1e-12;
+
 /// Distance below which ends of edges are one corner, in metres.
 const CORNER_M: f64 = 1e-6;
 
@@ -46,10 +49,22 @@ pub(super) fn passes_corner([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> bool 
     square <= 1.0 - cosine * cosine
 }
 
-/// Approximate crossings of the shortest path, in metres from the edges' origins.
+/// Approximate crossings of the shortest path, in metres from the edges' origins: exact for parallel edges, whose half-planes unfold into
+/// one.
 pub(super) fn first_guess([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> [f64; 2] {
-    let of_b_m = b.apex_m(from, to);
-    [a.apex_m(from, b.at(of_b_m)), of_b_m]
+    let cosine = a.direction.dot(b.direction);
+    if cosine.abs() > PARALLEL {
+        let (before_m, near_m) = a.along_and_across_m(from);
+        let between_m = a.line_distance_m(b.origin);
+        let far_m = b.line_distance_m(to);
+        let after_m = (to - a.origin).dot(a.direction);
+        let slope = (after_m - before_m) / (near_m + between_m + far_m).max(1e-9);
+        let first_m = before_m + slope * near_m;
+        let second = a.at(first_m + slope * between_m);
+        return [first_m, (second - b.origin).dot(b.direction)];
+    }
+    let first_m = a.apex_m(from, b.at(b.apex_m(from, to)));
+    [first_m, b.apex_m(a.at(first_m), to)]
 }
 
 /// The legs of a path over the lines of two edges.

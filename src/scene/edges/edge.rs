@@ -123,7 +123,7 @@ impl Edge {
 
     /// Position of a point along the edge, in metres from its origin, and its distance from the edge's line.
     #[inline]
-    pub(super) fn along_and_across_m(&self, point: DVec3) -> (f64, f64) {
+    pub(crate) fn along_and_across_m(&self, point: DVec3) -> (f64, f64) {
         let out = point - self.origin;
         let along = out.dot(self.direction);
         (along, (out - along * self.direction).length())
@@ -165,6 +165,7 @@ impl Edge {
     }
 
     /// Distance in metres of a point from the edge's line.
+    #[inline]
     pub fn line_distance_m(&self, point: DVec3) -> f64 {
         self.along_and_across_m(point).1
     }
