@@ -5,9 +5,8 @@
 mod parts;
 
 use foresound::propagation::Path;
-use foresound::propagation::diffraction::{self, DiffractionSequence, direct_field};
+use foresound::propagation::diffraction::{self, DiffractionSequence, LastSearch, direct_field};
 use foresound::propagation::endpoints::Endpoints;
-use foresound::scene::edges::DiffractingEdges;
 use foresound::scene::{InstanceId, InstancePose, Scene, SourcePose, TriangleMesh};
 use glam::{Quat, Vec2, Vec3};
 use parts::{block, commit, joined, source};
@@ -140,8 +139,8 @@ fn paths_over_two_edges_fade_where_their_geometry_ends() {
 fn two_edge_paths(scene: &Scene, source: &SourcePose, at: Vec3) -> (Vec<Path>, bool) {
     let endpoints = Endpoints::of(source, at, 0.3);
     let mut paths = Vec::new();
-    let near = &mut DiffractingEdges::default();
-    diffraction::update(scene, &endpoints, 2, near, &mut 0, &mut |path| {
+    let last = &mut LastSearch::default();
+    diffraction::update(scene, &endpoints, 2, last, &mut 0, &mut |path| {
         if path.diffraction_order == 2 {
             paths.push(path);
         }
@@ -222,8 +221,8 @@ fn a_sheet_far_behind_another_one_hides_its_edge_by_degrees() {
         let at = Vec3::new(-4.0 + STEP_M * step as f32, 1.5, 20.0);
         let endpoints = Endpoints::of(&source, at, 0.3);
         let mut paths = Vec::new();
-        let near = &mut DiffractingEdges::default();
-        diffraction::update(&scene, &endpoints, 2, near, &mut 0, &mut |path| {
+        let last = &mut LastSearch::default();
+        diffraction::update(&scene, &endpoints, 2, last, &mut 0, &mut |path| {
             paths.push(path);
         });
         let alone = paths.iter().filter(|p| p.diffraction_order == 1).count();

@@ -9,7 +9,7 @@ mod state;
 use glam::{DVec3, Vec3};
 
 use super::curved_reflection;
-use super::diffraction::{self, ExtentPoints, NearEdges, path_in_shadow};
+use super::diffraction::{self, ExtentPoints, LastSearch, NearEdges, path_in_shadow};
 use super::endpoints::Endpoints;
 use super::path::{MAX_ORDER, Path};
 use super::settings::PropagationSettings;
@@ -30,7 +30,6 @@ use crate::propagation::image_source::window_cull::{CandidateCull, CullScratch};
 use crate::propagation::quality_level::PropagationQuality;
 use crate::propagation::rays::directions::{ROTATIONS, lattice_of, rotation};
 use crate::propagation::update_scope::UpdateScope;
-use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 use listener_part::ListenerPart;
 use near_casts::NearCasts;
@@ -182,8 +181,8 @@ pub(super) struct SourceTask {
     pub(super) nearby_gate: NearbyGate,
     /// Estimated energies of the nearby paths that passed the gate.
     nearby_estimates: Vec<f32>,
-    /// Edges near the straight line in the last update.
-    line_edges: DiffractingEdges,
+    /// Of diffracted paths in the last update.
+    last_search: LastSearch,
     /// Edges of the direct field and of reflections until the next update.
     pub(super) near_edges: NearEdges,
     pub(super) latest_late: Option<LateEstimate>,
@@ -241,7 +240,7 @@ impl SourceTask {
         }
         let default_m = f64::from(context.settings.min_distance_m);
         let endpoints = Endpoints::of(pose, context.listener.position, default_m);
-        let (rays, paths, near) = (&mut self.rays, &mut self.paths, &mut self.line_edges);
+        let (rays, paths, near) = (&mut self.rays, &mut self.paths, &mut self.last_search);
         let order = context.settings.diffraction_order;
         let mut push = |path| paths.push(path);
         self.near_edges =

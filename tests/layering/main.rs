@@ -67,7 +67,7 @@ const TABLE: [(&str, &str); 44] = [
     ),
     (
         "propagation::source_task",
-        "acoustics propagation propagation::curved_reflection propagation::diffraction propagation::diffuse propagation::image_source propagation::rays scene scene::committed scene::edges",
+        "acoustics propagation propagation::curved_reflection propagation::diffraction propagation::diffuse propagation::image_source propagation::rays scene scene::committed",
     ),
     (
         "extrapolation",

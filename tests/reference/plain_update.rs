@@ -7,7 +7,7 @@ use std::sync::Arc;
 use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
 use foresound::propagation::curved_reflection;
-use foresound::propagation::diffraction::{self, reflection_gain};
+use foresound::propagation::diffraction::{self, LastSearch, reflection_gain};
 use foresound::propagation::diffuse::late_directions::set_directions;
 use foresound::propagation::diffuse::{
     LateEstimate, LateEstimator, ListenerField, RayScratch, SceneField, SourceRays,
@@ -24,7 +24,6 @@ use foresound::propagation::{
 };
 use glam::{DVec3, Vec3};
 
-use foresound::scene::edges::DiffractingEdges;
 use foresound::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
 
 struct SourceState {
@@ -342,12 +341,12 @@ impl PlainPropagator {
         let spot = Endpoints::of(pose, listener.position, f64::from(settings.min_distance_m));
         let paths = &mut result.paths;
         let mut emit = |path| paths.push(path);
-        let mut near = DiffractingEdges::default();
+        let mut last = LastSearch::default();
         let near_edges = diffraction::update(
             &scene,
             &spot,
             settings.diffraction_order,
-            &mut near,
+            &mut last,
             &mut 0,
             &mut emit,
         );

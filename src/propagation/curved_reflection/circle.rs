@@ -125,10 +125,13 @@ impl Circle {
     /// The stationary path near an angle, by Newton's method; none where it does not converge, such as where the direction to
     /// an end point on the circle jumps.
     pub(super) fn near(&self, mut angle: f64) -> Option<f64> {
-        let slope = |angle: f64| self.slope_at(DVec2::from_angle(angle));
+        let aside = DVec2::from_angle(APART);
         for _ in 0..NEWTON_STEPS {
-            let rise = (slope(angle + APART) - slope(angle - APART)) / (2.0 * APART);
-            let step = (slope(angle) / rise).clamp(-LONGEST_STEP, LONGEST_STEP);
+            let outward = DVec2::from_angle(angle);
+            let [before, after] =
+                [DVec2::new(aside.x, -aside.y), aside].map(|turn| turn.rotate(outward));
+            let rise = (self.slope_at(after) - self.slope_at(before)) / (2.0 * APART);
+            let step = (self.slope_at(outward) / rise).clamp(-LONGEST_STEP, LONGEST_STEP);
             if !step.is_finite() {
                 return None;
             }
@@ -137,7 +140,7 @@ impl Circle {
                 break;
             }
         }
-        (slope(angle).abs() < 1e-9).then_some(angle)
+        (self.slope_at(DVec2::from_angle(angle)).abs() < 1e-9).then_some(angle)
     }
 
     fn slope_at(&self, outward: DVec2) -> f64 {

@@ -73,10 +73,18 @@ pub struct NearEdges {
     pub reflections: ReflectionEdges,
 }
 
+/// What a source's last search found, which shortens the next one and does not change its result.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct LastSearch {
+    /// Edges near the straight line.
+    line: DiffractingEdges,
+    pairs: second_order::KnownPairs,
+    reflected: with_reflections::KnownCandidates,
+}
+
 /// Emits the direct and the diffracted paths of a source, with at most `diffraction_order` edges each, as far as the
 /// source's effects permit. Not emitted are the paths of [`NearEdges::reflections`], which replace reflections that are
-/// not valid. Adds the rays cast to `rays`. `near` holds the near edges of the previous call and is renewed; it shortens the
-/// search and does not change the result.
+/// not valid. Adds the rays cast to `rays`. `last` is of the previous call and is renewed.
 ///
 /// # Real-time
 /// Allocates nothing; bounded by the constants of this module.
@@ -84,7 +92,7 @@ pub fn update(
     scene: &Scene,
     endpoints: &Endpoints,
     diffraction_order: usize,
-    near: &mut DiffractingEdges,
+    last: &mut LastSearch,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
 ) -> NearEdges {
@@ -95,11 +103,11 @@ pub fn update(
     };
     let (from, to) = edge_wave::local_positions(scene, endpoints);
     let longest_m = from.distance(to) + MAX_DETOUR_M * scene.length_scale();
-    *near = match diffraction_order {
+    last.line = match diffraction_order {
         0 => DiffractingEdges::default(),
-        _ => scene.diffracting_edges(near, from, to, longest_m),
+        _ => scene.diffracting_edges(&last.line, from, to, longest_m),
     };
-    let listed = near.as_slice().iter().map(|found| found.edge);
+    let listed = last.line.as_slice().iter().map(|found| found.edge);
     let DirectField {
         visible,
         edges,
@@ -115,7 +123,9 @@ pub fn update(
     }
     if visible && effects.reflections {
         let edges = edges.as_slice().iter().copied();
-        result.reflections = with_reflections::find(scene, endpoints, edges, true, rays, emit);
+        let known = &mut last.reflected;
+        result.reflections =
+            with_reflections::find(scene, endpoints, edges, true, known, rays, emit);
     }
     let has_two_edges = diffraction_order > 1 && two_edge_share > 0.0;
     if visible && !has_two_edges {
@@ -124,14 +134,16 @@ pub fn update(
     let near = scene.outer_crossings(from, to, longest_m);
     if !visible && effects.reflections {
         let edges = near.as_slice().iter().map(|found| found.edge);
-        result.reflections = with_reflections::find(scene, endpoints, edges, false, rays, emit);
+        let known = &mut last.reflected;
+        result.reflections =
+            with_reflections::find(scene, endpoints, edges, false, known, rays, emit);
     }
     if has_two_edges {
         second_order::find(
             scene,
             endpoints,
-            &near,
-            &result.direct,
+            (&near, &result.direct),
+            &mut last.pairs,
             rays,
             &mut |mut path| {
                 path.amplitude = path.amplitude.map(|value| value * two_edge_share);

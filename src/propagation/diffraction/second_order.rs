@@ -26,58 +26,85 @@ const MAX_TESTED_APART: usize = 12;
 /// Near edges that are paired with each other for these, shortest path first.
 const MAX_PAIRED_APART: usize = 16;
 
+/// Relative error of the lengths by which near edges are ranked, far above it: they exceed those of their paths by a millionth at
+/// corners.
+const RANK_ROUNDING: f64 = 1e-5;
+
+/// Pairs of edges in the order in which sound crosses them.
+#[derive(Debug, Clone, Copy)]
+struct PairList<const MOST: usize> {
+    list: [[u32; 2]; MOST],
+    count: usize,
+}
+
+impl<const MOST: usize> Default for PairList<MOST> {
+    fn default() -> Self {
+        Self {
+            list: [[0; 2]; MOST],
+            count: 0,
+        }
+    }
+}
+
+impl<const MOST: usize> PairList<MOST> {
+    /// The pairs of a full or partly filled list of paths.
+    fn of(paths: &[Option<TwoEdgePath>; MOST]) -> Self {
+        let mut pairs = Self::default();
+        for path in paths.iter().flatten() {
+            pairs.list[pairs.count] = path.edges();
+            pairs.count += 1;
+        }
+        pairs
+    }
+
+    fn as_slice(&self) -> &[[u32; 2]] {
+        &self.list[..self.count]
+    }
+}
+
+/// The pairs of the shortest paths of a search. Most of them are among the shortest for positions nearby: found first, they exclude
+/// most others by a bound of their length.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct KnownPairs {
+    of_neighbours: PairList<MAX_TESTED>,
+    apart: PairList<MAX_TESTED_APART>,
+}
+
+/// What a search shares.
+struct Search<'a> {
+    scene: &'a Scene,
+    from: DVec3,
+    to: DVec3,
+    near: &'a DiffractingEdges,
+    direct: &'a DirectEdges,
+}
+
 /// Emits the loudest paths over two edges, [`MAX_TWO_EDGE_PATHS`] at most. One edge is of `near` and the other its neighbour or of
 /// `near` too, or one belongs to an instance ([`moving_edge_pairs`]). Paths that waves over one of the `direct` edges include are
-/// left out. Adds the rays cast to `rays`.
+/// left out. Adds the rays cast to `rays`. `known` holds the pairs of an earlier call and is renewed; it shortens the search and does
+/// not change the result.
 pub fn find(
     scene: &Scene,
     endpoints: &Endpoints,
-    near: &DiffractingEdges,
-    direct: &DirectEdges,
+    (near, direct): (&DiffractingEdges, &DirectEdges),
+    known: &mut KnownPairs,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
 ) {
     let (from, to) = local_positions(scene, endpoints);
-    let most_m = from.distance(to) + MAX_DETOUR_M * scene.length_scale();
-    let mut shortest: [Option<TwoEdgePath>; MAX_TESTED] = [None; MAX_TESTED];
-    for found in near.as_slice() {
-        // The path over this edge alone is a lower bound.
-        let longest_m = shortest[MAX_TESTED - 1].map_or(most_m, |path| path.length_m());
-        if found.length_m > longest_m {
-            break;
-        }
-        let edge = &scene.edge(found.edge);
-        let (is_first, is_second) = (edge.is_outside(from), edge.is_outside(to));
-        for neighbour in scene.edge_neighbours(found.edge) {
-            let other = &scene.edge(neighbour);
-            let alone = other.at(other.apex_m(from, to).clamp(0.0, other.length_m));
-            let alone_m = from.distance(alone) + alone.distance(to);
-            let pair = ([found.edge, neighbour], [edge, other]);
-            if alone_m >= longest_m
-                || alone_m > last_m(&shortest)
-                || is_in_direct_field(direct, pair)
-            {
-                continue;
-            }
-            if is_first
-                && other.is_outside(to)
-                && let Some(path) = TwoEdgePath::up_to(last_m(&shortest), pair.0, pair.1, from, to)
-            {
-                insert_shortest(&mut shortest, path);
-            }
-            // A pair of two near edges is found from its first one.
-            let reverse = ([neighbour, found.edge], [other, edge]);
-            if is_second
-                && other.is_outside(from)
-                && near.as_slice().iter().all(|other| other.edge != neighbour)
-                && let Some(path) =
-                    TwoEdgePath::up_to(last_m(&shortest), reverse.0, reverse.1, from, to)
-            {
-                insert_shortest(&mut shortest, path);
-            }
-        }
-    }
-    let apart = pairs_apart(scene, (from, to), near, direct);
+    let search = Search {
+        scene,
+        from,
+        to,
+        near,
+        direct,
+    };
+    let shortest = search.pairs_of_neighbours(&known.of_neighbours);
+    let apart = search.pairs_apart(&known.apart);
+    *known = KnownPairs {
+        of_neighbours: PairList::of(&shortest),
+        apart: PairList::of(&apart),
+    };
     let moving = scene
         .has_instances()
         .then(|| moving_edge_pairs::shortest(scene, endpoints));
@@ -95,56 +122,165 @@ pub fn find(
     loudest.for_each(|(_, path)| emit(path));
 }
 
-/// The shortest paths over two of the nearest edges that are no neighbours, since they are far from each other or have nearer ones,
-/// and that [`moving_edge_pairs`] leaves out: where one obstacle hides the edge of another, however far behind it, no other path
-/// continues that edge's wave. Sound crosses first the edge that it would cross nearer to the source if each were alone.
-fn pairs_apart(
-    scene: &Scene,
-    (from, to): (DVec3, DVec3),
-    near: &DiffractingEdges,
-    direct: &DirectEdges,
-) -> [Option<TwoEdgePath>; MAX_TESTED_APART] {
-    let mut shortest = [None; MAX_TESTED_APART];
-    let mut before: [Option<(u32, Edge, f64)>; MAX_PAIRED_APART] = [None; MAX_PAIRED_APART];
-    for (index, found) in near.as_slice().iter().take(MAX_PAIRED_APART).enumerate() {
-        // Either edge alone is a lower bound, and this one is the longer of two.
-        if found.length_m > last_m(&shortest) {
-            break;
-        }
-        let edge = scene.edge(found.edge);
-        let alone = edge.at(edge.apex_m(from, to).clamp(0.0, edge.length_m));
-        let along_m = (alone - from).dot(to - from);
-        for (other, other_edge, other_along_m) in before.iter().flatten() {
-            let is_found = match scene.is_committed_pair(*other, found.edge) {
-                true => scene.edge_neighbours(found.edge).any(|n| n == *other),
-                false => edge.distance_m(other_edge) < REACH_M * scene.length_scale(),
-            };
-            let pair = ([found.edge, *other], [&edge, other_edge]);
-            if is_found || is_in_direct_field(direct, pair) {
-                continue;
-            }
-            let (edges, lines) = match along_m < *other_along_m {
-                true => ([found.edge, *other], [&edge, other_edge]),
-                false => ([*other, found.edge], [other_edge, &edge]),
-            };
-            let path = TwoEdgePath::up_to(last_m(&shortest), edges, lines, from, to);
-            if let Some(path) = path {
-                insert_shortest(&mut shortest, path);
+impl Search<'_> {
+    /// The shortest paths over a near edge and one of its neighbours.
+    fn pairs_of_neighbours(
+        &self,
+        known: &PairList<MAX_TESTED>,
+    ) -> [Option<TwoEdgePath>; MAX_TESTED] {
+        let (scene, from, to) = (self.scene, self.from, self.to);
+        let most_m = from.distance(to) + MAX_DETOUR_M * scene.length_scale();
+        let mut shortest: [Option<TwoEdgePath>; MAX_TESTED] = [None; MAX_TESTED];
+        for edges in known.as_slice() {
+            let lines = &edges.map(|edge| scene.edge(edge));
+            if self.are_paired(*edges, lines) {
+                self.add(&mut shortest, *edges, [&lines[0], &lines[1]]);
             }
         }
-        before[index] = Some((found.edge, edge, along_m));
+        for found in self.near.as_slice() {
+            // The path over this edge alone is a lower bound.
+            let longest_m = last_m(&shortest).min(most_m);
+            if found.length_m > longest_m * (1.0 + RANK_ROUNDING) {
+                break;
+            }
+            let edge = &scene.edge(found.edge);
+            let (is_first, is_second) = (edge.is_outside(from), edge.is_outside(to));
+            for neighbour in scene.edge_neighbours(found.edge) {
+                let other = &scene.edge(neighbour);
+                let alone = nearest_point(other, from, to);
+                let alone_m = from.distance(alone) + alone.distance(to);
+                let [pair, reverse] = [[found.edge, neighbour], [neighbour, found.edge]];
+                if alone_m >= most_m
+                    || alone_m > last_m(&shortest)
+                    || is_in_direct_field(self.direct, pair, [edge, other])
+                {
+                    continue;
+                }
+                let is_new = |pair| !known.as_slice().contains(&pair);
+                if is_first && is_new(pair) {
+                    self.add(&mut shortest, pair, [edge, other]);
+                }
+                // A pair of two near edges is found from its first one.
+                if is_second && is_new(reverse) && !self.is_near(neighbour) {
+                    self.add(&mut shortest, reverse, [other, edge]);
+                }
+            }
+        }
+        shortest
     }
-    shortest
+
+    fn is_near(&self, edge: u32) -> bool {
+        self.near.as_slice().iter().any(|found| found.edge == edge)
+    }
+
+    /// Whether [`Self::pairs_of_neighbours`] finds two edges in this order.
+    fn are_paired(&self, [first, second]: [u32; 2], [a, b]: &[Edge; 2]) -> bool {
+        let lists = |edge: u32, other: u32| self.scene.edge_neighbours(edge).any(|n| n == other);
+        let is_direct = |edges, lines| is_in_direct_field(self.direct, edges, lines);
+        match self.is_near(first) {
+            true => lists(first, second) && !is_direct([first, second], [a, b]),
+            false => {
+                self.is_near(second) && lists(second, first) && !is_direct([second, first], [b, a])
+            }
+        }
+    }
+
+    /// Adds the path over two edges to the shortest ones if it is one of them.
+    fn add(&self, shortest: &mut [Option<TwoEdgePath>], edges: [u32; 2], lines: [&Edge; 2]) {
+        let path = TwoEdgePath::up_to(last_m(shortest), edges, lines, self.from, self.to);
+        if let Some(path) = path {
+            insert_shortest(shortest, path);
+        }
+    }
+
+    /// The shortest paths over two of the nearest edges that are no neighbours, since they are far from each other or have nearer
+    /// ones, and that [`moving_edge_pairs`] leaves out: where one obstacle hides the edge of another, however far behind it, no other
+    /// path continues that edge's wave. Sound crosses first the edge that it would cross nearer to the source if each were alone.
+    fn pairs_apart(
+        &self,
+        known: &PairList<MAX_TESTED_APART>,
+    ) -> [Option<TwoEdgePath>; MAX_TESTED_APART] {
+        let (scene, from, to) = (self.scene, self.from, self.to);
+        let mut shortest = [None; MAX_TESTED_APART];
+        let near = self.near.as_slice();
+        let near = &near[..near.len().min(MAX_PAIRED_APART)];
+        let mut nearest: [Option<NearEdge>; MAX_PAIRED_APART] = [None; MAX_PAIRED_APART];
+        for (nearest, found) in nearest.iter_mut().zip(near) {
+            let edge = scene.edge(found.edge);
+            *nearest = Some(NearEdge {
+                index: found.edge,
+                edge,
+                along_m: (nearest_point(&edge, from, to) - from).dot(to - from),
+            });
+        }
+        let place = |edge: u32| near.iter().position(|found| found.edge == edge);
+        // One bit for each edge before another.
+        let mut tried = [0_u32; MAX_PAIRED_APART];
+        for [a, b] in known.as_slice() {
+            if let (Some(a), Some(b)) = (place(*a), place(*b)) {
+                let (before, after) = (a.min(b), a.max(b));
+                tried[after] |= 1 << before;
+                if let (Some(other), Some(edge)) = (&nearest[before], &nearest[after]) {
+                    self.add_apart(&mut shortest, edge, other);
+                }
+            }
+        }
+        for ((found, edge), tried) in near.iter().zip(nearest.iter().flatten()).zip(tried) {
+            // Either edge alone is a lower bound, and this one is the longer of two.
+            if found.length_m > last_m(&shortest) * (1.0 + RANK_ROUNDING) {
+                break;
+            }
+            let before = nearest.iter().flatten().enumerate();
+            for (index, other) in before.take_while(|(_, other)| other.index != edge.index) {
+                if tried >> index & 1 == 0 {
+                    self.add_apart(&mut shortest, edge, other);
+                }
+            }
+        }
+        shortest
+    }
+
+    /// Adds the path over an edge and a nearer one, if they are paired here and it is one of the shortest.
+    fn add_apart(&self, shortest: &mut [Option<TwoEdgePath>], edge: &NearEdge, other: &NearEdge) {
+        let scene = self.scene;
+        let is_found = match scene.is_committed_pair(other.index, edge.index) {
+            true => scene.edge_neighbours(edge.index).any(|n| n == other.index),
+            false => edge.edge.distance_m(&other.edge) < REACH_M * scene.length_scale(),
+        };
+        let lines = [&edge.edge, &other.edge];
+        if is_found || is_in_direct_field(self.direct, [edge.index, other.index], lines) {
+            return;
+        }
+        let [first, second] = match edge.along_m < other.along_m {
+            true => [edge, other],
+            false => [other, edge],
+        };
+        let edges = [first.index, second.index];
+        self.add(shortest, edges, [&first.edge, &second.edge]);
+    }
+}
+
+/// A near edge, and how far towards the listener the path over it alone crosses it, times the distance.
+#[derive(Clone, Copy)]
+struct NearEdge {
+    index: u32,
+    edge: Edge,
+    along_m: f64,
+}
+
+/// The point of an edge over which the path between two points is the shortest.
+fn nearest_point(edge: &Edge, from: DVec3, to: DVec3) -> DVec3 {
+    edge.at(edge.apex_m(from, to).clamp(0.0, edge.length_m))
 }
 
 /// Length in metres up to which a path is among the shortest: any while there is room.
 fn last_m(shortest: &[Option<TwoEdgePath>]) -> f64 {
-    let last = shortest.last().copied().flatten();
-    last.map_or(f64::INFINITY, |path| path.length_m())
+    let last = shortest.last().and_then(Option::as_ref);
+    last.map_or(f64::INFINITY, TwoEdgePath::length_m)
 }
 
 /// Whether waves over one edge include that over two: along a narrow face, and at a corner, where the edge's end does.
-fn is_in_direct_field(direct: &DirectEdges, (edges, lines): ([u32; 2], [&Edge; 2])) -> bool {
+fn is_in_direct_field(direct: &DirectEdges, edges: [u32; 2], lines: [&Edge; 2]) -> bool {
     let is_direct = |edge| direct.as_slice().contains(edge);
     edges.iter().any(is_direct) && (meet_at_corner(lines) || bound_narrow_face(lines))
 }

@@ -22,6 +22,9 @@ const MIN_SLOPE: f64 = 1e-6;
 /// Relative rounding error of a lower bound of lengths: a thousand times that of a few sums and roots in `f64`.
 const BOUND_ROUNDING: f64 = 1e-12;
 
+/// Least cosine between the lines of edges that are parallel.
+const PARALLEL: f64 = 1.0 - 1e-12;
+
 /// Distance below which ends of edges are one corner, in metres.
 const CORNER_M: f64 = 1e-6;
 
@@ -46,32 +49,79 @@ pub(super) fn passes_corner([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> bool 
     square <= 1.0 - cosine * cosine
 }
 
-/// Approximate crossings of the shortest path, in metres from the edges' origins.
+/// Approximate crossings of the shortest path, in metres from the edges' origins: exact for parallel edges, whose half-planes unfold into
+/// one.
 pub(super) fn first_guess([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> [f64; 2] {
-    let of_b_m = b.apex_m(from, to);
-    [a.apex_m(from, b.at(of_b_m)), of_b_m]
+    let cosine = a.direction.dot(b.direction);
+    if cosine.abs() > PARALLEL {
+        let (before_m, near_m) = a.along_and_across_m(from);
+        let between_m = a.line_distance_m(b.origin);
+        let far_m = b.line_distance_m(to);
+        let after_m = (to - a.origin).dot(a.direction);
+        let slope = (after_m - before_m) / (near_m + between_m + far_m).max(1e-9);
+        let first_m = before_m + slope * near_m;
+        let second = a.at(first_m + slope * between_m);
+        return [first_m, (second - b.origin).dot(b.direction)];
+    }
+    let first_m = a.apex_m(from, b.at(b.apex_m(from, to)));
+    [first_m, b.apex_m(a.at(first_m), to)]
+}
+
+/// The legs of a path over the lines of two edges.
+struct Legs {
+    lengths: [f64; 3],
+    /// Cosines of the angles between each edge and the legs before and after its crossing.
+    of_a: [f64; 2],
+    of_b: [f64; 2],
+}
+
+impl Legs {
+    fn over([a, b]: [&Edge; 2], [first_m, second_m]: [f64; 2], from: DVec3, to: DVec3) -> Self {
+        let (first, second) = (a.at(first_m), b.at(second_m));
+        let (before, between, after) = (first - from, second - first, to - second);
+        let lengths = [before.length(), between.length(), after.length()];
+        let least = |leg: usize| lengths[leg].max(1e-9);
+        Self {
+            lengths,
+            of_a: [
+                before.dot(a.direction) / least(0),
+                between.dot(a.direction) / least(1),
+            ],
+            of_b: [
+                between.dot(b.direction) / least(1),
+                after.dot(b.direction) / least(2),
+            ],
+        }
+    }
+
+    /// The sum of their lengths.
+    fn length_m(&self) -> f64 {
+        self.lengths[0] + self.lengths[1] + self.lengths[2]
+    }
+
+    /// Lower bound of the length of a path over both lines.
+    ///
+    /// The length is at least the sum of the legs' components along any three vectors of length 1 at most, of which those on both sides
+    /// of an edge have the same component along it: the sum then does not depend on the crossings. The unit legs of the shortest path
+    /// are such vectors. Those of other crossings become so with the middle one's components.
+    fn least_length_m(&self) -> f64 {
+        let ([a0, a1], [b1, b2]) = (self.of_a, self.of_b);
+        let lengths = self.lengths.map(|length_m| length_m.max(1e-9));
+        let sum =
+            lengths[0] * (1.0 - (a0 - a1) * a0) + lengths[1] + lengths[2] * (1.0 - (b2 - b1) * b2);
+        let longest_squared = 1.0 + (a1 * a1 - a0 * a0).max(b1 * b1 - b2 * b2).max(0.0);
+        sum / longest_squared.sqrt() * (1.0 - BOUND_ROUNDING)
+    }
 }
 
 /// Lower bound of the length of a path over the lines of two edges, from the legs between two crossings.
-///
-/// The length is at least the sum of the legs' components along any three vectors of length 1 at most, of which those on both sides of
-/// an edge have the same component along it: the sum then does not depend on the crossings. The unit legs of the shortest path
-/// are such vectors. Those of other crossings become so with the middle one's components.
 pub(super) fn least_length_m(
-    [a, b]: [&Edge; 2],
-    [first_m, second_m]: [f64; 2],
+    lines: [&Edge; 2],
+    crossings_m: [f64; 2],
     from: DVec3,
     to: DVec3,
 ) -> f64 {
-    let (first, second) = (a.at(first_m), b.at(second_m));
-    let legs = [first - from, second - first, to - second];
-    let lengths = legs.map(|leg| leg.length().max(1e-9));
-    let cosine = |edge: &Edge, leg: usize| legs[leg].dot(edge.direction) / lengths[leg];
-    let (a0, a1, b1, b2) = (cosine(a, 0), cosine(a, 1), cosine(b, 1), cosine(b, 2));
-    let sum =
-        lengths[0] * (1.0 - (a0 - a1) * a0) + lengths[1] + lengths[2] * (1.0 - (b2 - b1) * b2);
-    let longest_squared = 1.0 + (a1 * a1 - a0 * a0).max(b1 * b1 - b2 * b2).max(0.0);
-    sum / longest_squared.sqrt() * (1.0 - BOUND_ROUNDING)
+    Legs::over(lines, crossings_m, from, to).least_length_m()
 }
 
 /// Whether the shortest path over two lines crosses the first beyond an end of its edge that is not free, tested at the end
@@ -95,51 +145,62 @@ fn slope_at([a, b]: [&Edge; 2], first: DVec3, from: DVec3, to: DVec3) -> (f64, D
     (turn.dot(a.direction), second)
 }
 
-/// Crossings of the shortest path over two lines by Newton's method on the length, which is convex in both. `None` where
-/// it does not converge: the length has a cusp where the lines nearly meet.
+/// How a search for the crossings of the shortest path over two lines ends.
+pub(super) enum Crossings {
+    Found([DVec3; 2]),
+    /// The path is longer than asked for.
+    TooLong,
+    /// The length has a cusp where the lines nearly meet.
+    NotConverged,
+}
+
+/// Crossings of the shortest path over two lines by Newton's method on the length, which is convex in both, if it may be as short as
+/// `most_m`.
 pub(super) fn newton(
     [a, b]: [&Edge; 2],
     [mut first_m, mut second_m]: [f64; 2],
+    most_m: f64,
     from: DVec3,
     to: DVec3,
-) -> Option<[DVec3; 2]> {
+) -> Crossings {
+    let between = a.direction.dot(b.direction);
+    let mut legs = Legs::over([a, b], [first_m, second_m], from, to);
     for _ in 0..MAX_NEWTON_STEPS {
-        let (first, second) = (a.at(first_m), b.at(second_m));
-        let legs = [first - from, second - first, to - second];
-        let lengths = legs.map(|leg| leg.length().max(1e-9));
-        let cosine = |edge: &Edge, leg: usize| legs[leg].dot(edge.direction) / lengths[leg];
-        let (a0, a1, b1, b2) = (cosine(a, 0), cosine(a, 1), cosine(b, 1), cosine(b, 2));
+        let lengths = legs.lengths.map(|length_m| length_m.max(1e-9));
+        let ([a0, a1], [b1, b2]) = (legs.of_a, legs.of_b);
         let slope = [a0 - a1, b1 - b2];
         let across = |c: f64, leg: usize| (1.0 - c * c) / lengths[leg];
         let curve = [across(a0, 0) + across(a1, 1), across(b1, 1) + across(b2, 2)];
-        let both = -(a.direction.dot(b.direction) - a1 * b1) / lengths[1];
+        let both = -(between - a1 * b1) / lengths[1];
         let determinant = curve[0] * curve[1] - both * both;
         if determinant <= 1e-12 * curve[0] * curve[1] {
-            return None;
+            return Crossings::NotConverged;
         }
         let steps = [
             (curve[1] * slope[0] - both * slope[1]) / determinant,
             (curve[0] * slope[1] - both * slope[0]) / determinant,
         ];
         let length_m: f64 = lengths.iter().sum();
+        let after = |share: f64| [first_m - share * steps[0], second_m - share * steps[1]];
         let mut share = 1.0;
+        legs = Legs::over([a, b], after(share), from, to);
         for _ in 0..MAX_HALVINGS {
-            let [p, q] = [
-                a.at(first_m - share * steps[0]),
-                b.at(second_m - share * steps[1]),
-            ];
-            if from.distance(p) + p.distance(q) + q.distance(to) <= length_m + 1e-12 {
+            if legs.length_m() <= length_m + 1e-12 {
                 break;
             }
             share *= 0.5;
+            legs = Legs::over([a, b], after(share), from, to);
         }
-        first_m -= share * steps[0];
-        second_m -= share * steps[1];
+        [first_m, second_m] = after(share);
         if steps.iter().all(|step| step.abs() < CONVERGED_M) {
-            return Some([a.at(first_m), b.at(second_m)]);
+            return Crossings::Found([a.at(first_m), b.at(second_m)]);
+        }
+        // The bound of each step is much nearer to the length than the last one's.
+        if legs.least_length_m() > most_m {
+            return Crossings::TooLong;
         }
     }
-    None
+    Crossings::NotConverged
 }
 
 /// The same within the first edge by bisection.

@@ -13,7 +13,7 @@ use crate::propagation::diffraction::edge_ends::{IN_FACE, NARROW_M, OwnEnd, PARA
 use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
 use crate::propagation::diffraction::ranked_list::insert_ranked;
 use crate::propagation::diffraction::two_edge_crossings::{
-    bisect, first_guess, least_length_m, minimum_lies_beyond_end, newton, passes_corner,
+    Crossings, bisect, first_guess, least_length_m, minimum_lies_beyond_end, newton, passes_corner,
 };
 use crate::propagation::diffraction::wedge_geometry::{Spread, WedgeAngles, is_on_face};
 use crate::propagation::diffraction::{MAX_DETOUR_M, fade_out};
@@ -74,22 +74,27 @@ impl TwoEdgePath {
         from: DVec3,
         to: DVec3,
     ) -> Option<Self> {
-        if passes_corner([a, b], from, to) || !a.is_outside(from) || !b.is_outside(to) {
+        // The test that leaves out most comes first.
+        let guess_m = first_guess([a, b], from, to);
+        if least_length_m([a, b], guess_m, from, to) > most_m
+            || passes_corner([a, b], from, to)
+            || !a.is_outside(from)
+            || !b.is_outside(to)
+        {
             return None;
         }
         let ends = common_ends([a, b]);
-        let guess_m = first_guess([a, b], from, to);
-        if least_length_m([a, b], guess_m, from, to) > most_m {
-            return None;
-        }
         if ends.is_none()
             && (minimum_lies_beyond_end([a, b], guess_m[0], from, to)
                 || minimum_lies_beyond_end([b, a], guess_m[1], to, from))
         {
             return None;
         }
-        let [first, second] =
-            newton([a, b], guess_m, from, to).unwrap_or_else(|| bisect([a, b], from, to));
+        let [first, second] = match newton([a, b], guess_m, most_m, from, to) {
+            Crossings::Found(crossings) => crossings,
+            Crossings::TooLong => return None,
+            Crossings::NotConverged => bisect([a, b], from, to),
+        };
         let leg_m = first.distance(second);
         let shortest_m = from.distance(first) + leg_m + second.distance(to);
         if leg_m < MIN_LEG_M * a.length_scale || shortest_m > most_m {
@@ -144,6 +149,11 @@ impl TwoEdgePath {
         each.fold(0, |sides, (edge, crossing)| {
             sides << 4 | WedgeAngles::of(&scene.edge(*edge), crossing).sides()
         })
+    }
+
+    /// The edges, in the order in which sound crosses them.
+    pub(super) fn edges(&self) -> [u32; 2] {
+        self.edges
     }
 
     /// Length in metres.

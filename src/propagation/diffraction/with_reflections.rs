@@ -42,7 +42,7 @@ const MIN_RANKING_GAIN: f64 = 0.25 * MIN_RELATIVE_AMPLITUDE;
 /// The argument x of the transition function is at least this share of the detour's phase.
 const LEAST_PHASE_SHARE: f64 = 0.5;
 
-/// Relative error of an upper bound of gains, far above that of angles and their sines.
+/// Relative error of bounds of gains, far above that of angles and their sines.
 const GAIN_ROUNDING: f64 = 1e-6;
 
 /// Estimated gains up to which the visible direct path masks a path, and from which it does not.
@@ -75,13 +75,56 @@ struct RankedPath {
     surfaces: [Option<u32>; 2],
 }
 
+/// The loudest candidates of a search, loudest first. Most of them are among the loudest for positions nearby: their least gain
+/// excludes most others by a bound of theirs.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct KnownCandidates([Option<ReflectionEdge>; MAX_TESTED]);
+
+impl KnownCandidates {
+    /// Gain that the quietest of a full list has now, if all are candidates over one of `edges`; otherwise 0.
+    fn least_gain(
+        &self,
+        scene: &Scene,
+        ends: [DVec3; 2],
+        edges: &impl Fn(u32) -> bool,
+        search: Search,
+    ) -> f64 {
+        let mut ranked = [None; MAX_TESTED];
+        for &ReflectionEdge { edge, surfaces } in self.0.iter().flatten() {
+            if !edges(edge) || !are_tried(scene.edge_mirrors(edge).as_slice(), surfaces, search) {
+                return 0.0;
+            }
+            let edge = CandidateEdge::of(scene, edge, search);
+            let ends = [0, 1].map(|i| edge.end(scene, ends[i], surfaces[i]));
+            edge.rank(scene, [&ends[0], &ends[1]], 0.0, &mut ranked);
+        }
+        let last: Option<RankedPath> = ranked[MAX_TESTED - 1];
+        last.map_or(0.0, |last| last.gain * (1.0 - GAIN_ROUNDING))
+    }
+}
+
+/// Whether reflections in these surfaces before and after an edge are tried, of which it has some mirrors.
+fn are_tried(mirrors: &[u32], surfaces: [Option<u32>; 2], search: Search) -> bool {
+    let place = |surface| mirrors.iter().position(|mirror| *mirror == surface);
+    match surfaces {
+        [Some(before), Some(after)] => {
+            let is_tried = |surface| place(surface).is_some_and(|at| at < SURFACES_ON_BOTH_SIDES);
+            !search.is_lit && is_tried(before) && is_tried(after)
+        }
+        [Some(surface), None] | [None, Some(surface)] => place(surface).is_some(),
+        [None, None] => false,
+    }
+}
+
 /// Emits the paths over one of `edges` with two reflections and returns those with one, [`MAX_REFLECTED_EDGE_PATHS`] at
-/// most together. `is_lit` is whether the direct path is visible. Adds the rays cast to `rays`.
+/// most together. `is_lit` is whether the direct path is visible. Adds the rays cast to `rays`. `known` holds the candidates of an
+/// earlier call and is renewed; it shortens the search and does not change the result.
 pub fn find(
     scene: &Scene,
     endpoints: &Endpoints,
-    edges: impl Iterator<Item = u32>,
+    edges: impl Iterator<Item = u32> + Clone,
     is_lit: bool,
+    known: &mut KnownCandidates,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
 ) -> ReflectionEdges {
@@ -95,7 +138,10 @@ pub fn find(
         most_detour_m: longest_detour_m(scene, least_gain),
         wavenumber: edge_wave::wavenumbers(scene)[RANKING_BAND],
         free_m: from.distance(to).max(endpoints.min_distance_m),
+        is_lit,
     };
+    let is_searched = |edge| edges.clone().any(|searched| searched == edge);
+    let known_gain = known.least_gain(scene, [from, to], &is_searched, search);
     let mut ranked = [None; MAX_TESTED];
     for index in edges {
         let surfaces = scene.edge_mirrors(index);
@@ -108,7 +154,8 @@ pub fn find(
             }
             images
         });
-        for before in 0..=surfaces.len() {
+        let is_outside = |side: usize, end: usize| images[side][end].end.is_outside();
+        for before in (0..=surfaces.len()).filter(|before| is_outside(0, *before)) {
             for after in 0..=surfaces.len() {
                 let both = before > 0 && after > 0;
                 let is_masked = both && (is_lit || before.max(after) > SURFACES_ON_BOTH_SIDES);
@@ -116,10 +163,13 @@ pub fn find(
                     continue;
                 }
                 let ends = [&images[0][before], &images[1][after]];
-                edge.rank(scene, ends, &mut ranked);
+                edge.rank(scene, ends, known_gain, &mut ranked);
             }
         }
     }
+    known.0 = ranked.map(|path| {
+        path.map(|RankedPath { edge, surfaces, .. }| ReflectionEdge { edge, surfaces })
+    });
     let mut result = ReflectionEdges::default();
     ranked
         .iter()
@@ -154,6 +204,8 @@ struct Search {
     wavenumber: f64,
     /// Distance of the free field that gains are relative to.
     free_m: f64,
+    /// Whether the direct path is visible.
+    is_lit: bool,
 }
 
 /// An end that many candidates over an edge share.
@@ -193,9 +245,9 @@ impl CandidateEdge {
         }
     }
 
-    /// An upper bound of the estimated gain if the crossing is within the edge, its detour is not too long, and both ends are on
-    /// the reflecting side of their surfaces: a test that excludes most candidates.
-    fn most_gain(&self, scene: &Scene, ends: [&CandidateEnd; 2]) -> Option<f64> {
+    /// Upper bounds of the estimated gain, over an endless edge and over this one, if the crossing is within the edge, its detour is not
+    /// too long, and both ends are on the reflecting side of their surfaces: a test that excludes most candidates.
+    fn most_gains(&self, scene: &Scene, ends: [&CandidateEnd; 2]) -> Option<(f64, f64)> {
         let crossed_m = ends[0].end.apex_m(&ends[1].end);
         let along_m = self.edge.clamped(crossed_m)?;
         let apex = self.edge.at(along_m);
@@ -215,31 +267,38 @@ impl CandidateEdge {
         if !is_reflected {
             return None;
         }
-        // Beyond an end the detour is longer than that of the endless edge.
-        if along_m != crossed_m {
-            return Some(f64::INFINITY);
-        }
-        let x = self.search.wavenumber * LEAST_PHASE_SHARE * detour_m.max(0.0);
-        let gain = wave_size(x) * (self.search.free_m / length_m);
-        Some(gain * ends[0].factor * ends[1].factor * (1.0 + GAIN_ROUNDING))
+        // The wave is that of the endless edge, and little of it is left beyond an end.
+        let beyond_m = match along_m == crossed_m {
+            true => 0.0,
+            false => (length_m - ends[0].end.line_length_m(&ends[1].end)).max(0.0),
+        };
+        let x = self.search.wavenumber * LEAST_PHASE_SHARE * (detour_m - beyond_m).max(0.0);
+        let share = match beyond_m > 0.0 {
+            true => wave_size(self.search.wavenumber * beyond_m),
+            false => 1.0,
+        };
+        let endless = wave_size(x) * (self.search.free_m / length_m);
+        let endless = endless * ends[0].factor * ends[1].factor * (1.0 + GAIN_ROUNDING);
+        Some((endless, endless * share))
     }
 
-    /// Adds the path between two ends to `ranked` if it exists and is among the loudest.
+    /// Adds the path between two ends to `ranked` if it exists and is among the loudest, of which none has a gain below `known_gain`.
     fn rank(
         &self,
         scene: &Scene,
         ends: [&CandidateEnd; 2],
+        known_gain: f64,
         ranked: &mut [Option<RankedPath>; MAX_TESTED],
     ) {
         if !ends.iter().all(|end| end.end.is_outside()) {
             return;
         }
-        let Some(most_gain) = self.most_gain(scene, ends) else {
+        let Some((most_endless, most_gain)) = self.most_gains(scene, ends) else {
             return;
         };
         let least_gain = self.search.least_gain;
         let last = ranked[MAX_TESTED - 1].map_or(f64::NEG_INFINITY, |last| last.gain);
-        if most_gain < least_gain || last >= most_gain {
+        if most_endless < least_gain || most_gain < known_gain || last >= most_gain {
             return;
         }
         let Some(crossing) = ends[0].end.crossing(&self.edge, &ends[1].end) else {
@@ -252,7 +311,7 @@ impl CandidateEdge {
         let endless = estimated_gain(&self.edge, &crossing, factors, wavenumber, free_m);
         let gain = endless * share_of_length(wavenumber, &crossing);
         let sight_point = edge_wave::sight_point(&self.edge, crossing.apex, self.outward);
-        if endless < least_gain || last >= gain {
+        if endless < least_gain || gain < known_gain || last >= gain {
             return;
         }
         let ends = ends.map(|end| on_surface(scene, end.point, sight_point));

@@ -12,6 +12,7 @@ use crate::propagation::diffuse::energy_course::{BIN_STEPS, LONG_STEPS};
 use crate::propagation::diffuse::fit_spans::STEPS;
 use crate::propagation::diffuse::late_states::LateStates;
 use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
+use crate::simd::{LaneSet, Lanes, kernel};
 
 /// Energy in bins of time.
 pub(crate) type LongResponse = [BandArray; LONG_BINS];
@@ -39,70 +40,75 @@ pub(crate) fn continue_responses(
     long.extend(responses.chunks_exact(STEPS).map(bins_of));
     // The last one is of energy that begins in the air.
     long.push(*of_air);
-    let mut gains = [[0.0; BANDS]; MAX_PATCHES + 1];
-    let gains = &mut gains[..long.len()];
-    for to in 0..states.patches() {
-        let level = level(&long[to], STATE_BINS);
-        add(gains, states, to, &level, |gain| gain);
-    }
-    for (gain, response) in gains.iter_mut().zip(&*long) {
-        let level = level(response, 0);
-        for b in 0..BANDS {
-            // Next to nothing has no level to speak of.
-            gain[b] = match gain[b] > f32::MIN_POSITIVE {
-                true => level[b] / gain[b],
-                false => 0.0,
-            };
-        }
-    }
-    long[states.patches()] = [[0.0; BANDS]; LONG_BINS];
-    for bin in BINS..LONG_BINS {
-        for to in 0..states.patches() {
-            let before = long[to][bin - STATE_BINS];
-            add(long, states, to, &before, |response| &mut response[bin]);
-        }
-        let air = long[states.patches()][bin];
-        let air_gain = gains[states.patches()];
-        for (response, gain) in long.iter_mut().zip(&*gains) {
-            for b in 0..BANDS {
-                let continued = air_gain[b] * air[b];
-                // Where the air's energy does not arrive it says nothing.
-                let correction = match continued > f32::MIN_POSITIVE {
-                    true => of_air[bin][b] / continued,
-                    false => 1.0,
-                };
-                response[bin][b] = response[bin][b] * gain[b] * correction;
-            }
-        }
-    }
+    continue_bins(LaneSet::best(), states, of_air, long);
     long.truncate(states.patches());
 }
 
-/// Adds what a patch has in the late states of all patches and of the air, times an energy.
-fn add<T>(
-    sums: &mut [T],
-    states: &LateStates,
-    to: usize,
-    energy: &BandArray,
-    part: impl Fn(&mut T) -> &mut BandArray,
-) {
-    let (of_patches, of_air) = states.at(to);
-    let all = of_patches.iter().chain(std::iter::once(of_air));
-    for (sum, state) in sums.iter_mut().zip(all) {
-        let sum = part(sum);
-        for b in 0..BANDS {
-            sum[b] += state[b] * energy[b];
+kernel! {
+    /// Continues the responses of patches, and of the air behind them. No fused products: all machines give the same bits.
+    fn continue_bins<L>(states: &LateStates, of_air: &LongResponse, long: &mut [LongResponse]) {
+        let mut gains = [[0.0; BANDS]; MAX_PATCHES + 1];
+        let gains = &mut gains[..long.len()];
+        for to in 0..states.patches() {
+            let level = level::<L>(&long[to], STATE_BINS);
+            let (of_patches, of_air) = states.at(to);
+            for (gain, state) in gains.iter_mut().zip(of_patches) {
+                add_times(gain, state, level);
+            }
+            add_times(&mut gains[states.patches()], of_air, level);
+        }
+        for (gain, response) in gains.iter_mut().zip(&*long) {
+            let mut levels = [0.0; BANDS];
+            level::<L>(response, 0).store(&mut levels);
+            for b in 0..BANDS {
+                // Next to nothing has no level to speak of.
+                gain[b] = match gain[b] > f32::MIN_POSITIVE {
+                    true => levels[b] / gain[b],
+                    false => 0.0,
+                };
+            }
+        }
+        long[states.patches()] = [[0.0; BANDS]; LONG_BINS];
+        for bin in BINS..LONG_BINS {
+            for to in 0..states.patches() {
+                let before = L::load(&long[to][bin - STATE_BINS]);
+                let (of_patches, of_air) = states.at(to);
+                for (response, state) in long.iter_mut().zip(of_patches) {
+                    add_times(&mut response[bin], state, before);
+                }
+                add_times(&mut long[states.patches()][bin], of_air, before);
+            }
+            let air = long[states.patches()][bin];
+            let air_gain = gains[states.patches()];
+            let mut correction = [1.0; BANDS];
+            for b in 0..BANDS {
+                let continued = air_gain[b] * air[b];
+                // Where the air's energy does not arrive it says nothing.
+                if continued > f32::MIN_POSITIVE {
+                    correction[b] = of_air[bin][b] / continued;
+                }
+            }
+            let correction = L::load(&correction);
+            for (response, gain) in long.iter_mut().zip(&*gains) {
+                let response = &mut response[bin];
+                L::load(response).mul(L::load(gain)).mul(correction).store(response);
+            }
         }
     }
 }
 
+/// Adds an energy times a level.
+#[inline(always)]
+fn add_times<L: Lanes>(sum: &mut BandArray, energy: &BandArray, level: L) {
+    L::load(sum).add(L::load(energy).mul(level)).store(sum);
+}
+
 /// Energy in the bins in which responses are compared, some bins earlier.
-fn level(response: &LongResponse, earlier: usize) -> BandArray {
-    let mut sum = [0.0; BANDS];
+#[inline(always)]
+fn level<L: Lanes>(response: &LongResponse, earlier: usize) -> L {
+    let mut sum = L::splat(0.0);
     for energy in &response[COMPARED.start - earlier..COMPARED.end - earlier] {
-        for b in 0..BANDS {
-            sum[b] += energy[b];
-        }
+        sum = sum.add(L::load(energy));
     }
     sum
 }

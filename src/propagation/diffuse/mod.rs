@@ -219,10 +219,6 @@ impl LateEstimator {
         rays: &mut u64,
     ) -> bool {
         let index = (from.rotation % ROTATIONS) as usize;
-        for entry in &mut self.entries {
-            entry.cached.reserve(scene, from);
-            entry.secondary.reserve();
-        }
         let entry = &mut self.entries[index];
         let validity = entry.cached.validity(scene, from);
         let is_new = validity == Validity::Invalid;
@@ -230,6 +226,12 @@ impl LateEstimator {
             entry.secondary.invalidate_visibility();
         }
         if is_new {
+            // The first cast takes the memory of all.
+            for entry in &mut self.entries {
+                entry.cached.reserve(scene, from);
+                entry.secondary.reserve();
+            }
+            let entry = &mut self.entries[index];
             let RayScratch {
                 sequences,
                 buffers,
@@ -243,6 +245,7 @@ impl LateEstimator {
                 .select(scene, from.field, buffers, from.first_mark(), rays);
             self.deposits.replace(index, buffers.deposits.as_slice());
         }
+        let entry = &mut self.entries[index];
         self.has_new_rays |= is_new || !entry.filled;
         entry.filled = true;
         entry.origin = from.origin - from.offset;

@@ -1,13 +1,12 @@
 //! What depends on the listener in the state of a source, for several listeners in turn.
 
-use crate::propagation::diffraction::NearEdges;
+use crate::propagation::diffraction::{LastSearch, NearEdges};
 use crate::propagation::diffuse::{LateEstimate, ListenerView};
 use crate::propagation::image_source::nearby_gate::NearbyGate;
 use crate::propagation::image_source::occluder_cache::OccluderCache;
 use crate::propagation::image_source::valid_cache::ValidCache;
 use crate::propagation::path::Path;
 use crate::propagation::settings::PropagationSettings;
-use crate::scene::edges::DiffractingEdges;
 
 /// What depends on the listener in the state of a source, while it is the turn of others.
 #[derive(Debug)]
@@ -17,7 +16,7 @@ pub(super) struct ListenerPart {
     pub(super) paths: Vec<Path>,
     pub(super) nearby: Vec<Path>,
     pub(super) nearby_gate: NearbyGate,
-    pub(super) line_edges: DiffractingEdges,
+    pub(super) last_search: LastSearch,
     pub(super) near_edges: NearEdges,
     pub(super) latest_late: Option<LateEstimate>,
     pub(super) predicted_late: Vec<LateEstimate>,
@@ -32,7 +31,7 @@ impl ListenerPart {
             paths: Vec::new(),
             nearby: Vec::new(),
             nearby_gate: NearbyGate::default(),
-            line_edges: DiffractingEdges::default(),
+            last_search: LastSearch::default(),
             near_edges: NearEdges::default(),
             latest_late: None,
             predicted_late: Vec::new(),

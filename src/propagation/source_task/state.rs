@@ -4,7 +4,7 @@
 use super::SourceTask;
 use super::listener_part::ListenerPart;
 use super::near_casts::NearCasts;
-use crate::propagation::diffraction::NearEdges;
+use crate::propagation::diffraction::{LastSearch, NearEdges};
 use crate::propagation::diffuse::{LateEstimator, ListenerView};
 use crate::propagation::image_source::nearby_gate::NearbyGate;
 use crate::propagation::image_source::occluder_cache::OccluderCache;
@@ -12,7 +12,6 @@ use crate::propagation::image_source::valid_cache::ValidCache;
 use crate::propagation::rays::directions::ROTATIONS;
 use crate::propagation::settings::PropagationSettings;
 use crate::scene::SourceId;
-use crate::scene::edges::DiffractingEdges;
 
 impl SourceTask {
     pub(in crate::propagation) fn new(id: SourceId, settings: &PropagationSettings) -> Self {
@@ -37,7 +36,7 @@ impl SourceTask {
             nearby: Vec::new(),
             nearby_gate: NearbyGate::default(),
             nearby_estimates: Vec::new(),
-            line_edges: DiffractingEdges::default(),
+            last_search: LastSearch::default(),
             near_edges: NearEdges::default(),
             latest_late: None,
             predicted_late: Vec::new(),
@@ -93,7 +92,7 @@ impl SourceTask {
         std::mem::swap(&mut self.paths, &mut part.paths);
         std::mem::swap(&mut self.nearby, &mut part.nearby);
         std::mem::swap(&mut self.nearby_gate, &mut part.nearby_gate);
-        std::mem::swap(&mut self.line_edges, &mut part.line_edges);
+        std::mem::swap(&mut self.last_search, &mut part.last_search);
         std::mem::swap(&mut self.near_edges, &mut part.near_edges);
         std::mem::swap(&mut self.latest_late, &mut part.latest_late);
         std::mem::swap(&mut self.predicted_late, &mut part.predicted_late);

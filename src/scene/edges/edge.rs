@@ -116,13 +116,14 @@ impl EdgeCrossing {
 
 impl Edge {
     /// The point at a distance from the edge's beginning.
+    #[inline]
     pub fn at(&self, along_m: f64) -> DVec3 {
         self.origin + self.direction * along_m
     }
 
     /// Position of a point along the edge, in metres from its origin, and its distance from the edge's line.
     #[inline]
-    pub(super) fn along_and_across_m(&self, point: DVec3) -> (f64, f64) {
+    pub(crate) fn along_and_across_m(&self, point: DVec3) -> (f64, f64) {
         let out = point - self.origin;
         let along = out.dot(self.direction);
         (along, (out - along * self.direction).length())
@@ -164,11 +165,13 @@ impl Edge {
     }
 
     /// Distance in metres of a point from the edge's line.
+    #[inline]
     pub fn line_distance_m(&self, point: DVec3) -> f64 {
         self.along_and_across_m(point).1
     }
 
     /// Whether a point has an angle around the edge ([`Self::angle_of`]), mostly without computing it.
+    #[inline]
     pub fn is_outside(&self, point: DVec3) -> bool {
         let out = point - self.origin;
         let (x, y) = (out.dot(self.tangent), out.dot(self.normal));

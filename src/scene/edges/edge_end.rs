@@ -36,6 +36,14 @@ impl EdgeEnd {
         apex_m(self.along_and_across_m, to.along_and_across_m)
     }
 
+    /// Length in metres of the shortest path from here over the edge's line.
+    #[inline]
+    pub fn line_length_m(&self, to: &Self) -> f64 {
+        let ((a, near), (b, far)) = (self.along_and_across_m, to.along_and_across_m);
+        let (along, across) = (b - a, near + far);
+        (along * along + across * across).sqrt()
+    }
+
     /// [`Edge::crossing`] of the shortest path from here; the edge is the one that both are ends for.
     pub fn crossing(&self, edge: &Edge, to: &Self) -> Option<EdgeCrossing> {
         let along = self.apex_m(to);
