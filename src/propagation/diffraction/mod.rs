@@ -71,6 +71,8 @@ pub struct NearEdges {
     pub direct: DirectEdges,
     /// Edges near single reflections.
     pub reflections: ReflectionEdges,
+    /// Energy relative to the free field towards which paths over two edges fade: that of the loudest one left out of the list.
+    pub two_edge_floor: f64,
 }
 
 /// Emits the direct and the diffracted paths of a source, with at most `diffraction_order` edges each, as far as the
@@ -127,7 +129,7 @@ pub fn update(
         result.reflections = with_reflections::find(scene, endpoints, edges, false, rays, emit);
     }
     if has_two_edges {
-        second_order::find(
+        result.two_edge_floor = second_order::find(
             scene,
             endpoints,
             &near,
