@@ -383,7 +383,21 @@ fn diffracted_paths_equal_those_of_an_update_of_this_frame() {
             let Some(ours) = frame.paths.iter().find(|ours| ours.id == path.id) else {
                 continue;
             };
-            match path.order == 0 && path.diffraction_order == 1 {
+            if path.order == 0 && path.diffraction_order == 2 {
+                // Their weights in a list have one factor for all bands.
+                let strongest = |a: &usize, b: &usize| {
+                    path.amplitude[*a]
+                        .abs()
+                        .total_cmp(&path.amplitude[*b].abs())
+                };
+                let band = (0..BANDS).max_by(strongest).expect("bands");
+                let factor = ours.amplitude[band] / path.amplitude[band];
+                for (a, b) in ours.amplitude.iter().zip(path.amplitude) {
+                    let most = 1e-5 * ours.amplitude[band].abs();
+                    assert!((a - factor * b).abs() <= most, "{ours:?} {path:?}");
+                }
+            }
+            match path.order == 0 {
                 // Paths of a full list fade towards its quietest, and the last update had others.
                 true => {
                     let off = ours.amplitude.iter().zip(path.amplitude);

@@ -95,7 +95,8 @@ impl Extrapolator {
                 self.direct_lines
                     .store((index, scene), &endpoints, &field, paths);
             }
-            self.shadows.push(SourceShadow::of(&field));
+            let floor = self.two_edge_floor(index, pose.id);
+            self.shadows.push(SourceShadow::of(&field, floor));
             let hidden_share = match &wide {
                 Some(wide) => 1.0 - wide.visible_share,
                 None => f32::from(u8::from(field.through != [1.0; BANDS])),
@@ -273,6 +274,15 @@ impl Extrapolator {
                 mix.apply(path, scene);
             }
         }
+    }
+
+    /// [`PathSet::two_edge_floors`] of the newest update for a source at an index, mostly the same there.
+    fn two_edge_floor(&self, index: usize, id: SourceId) -> f64 {
+        let floors = &self.current.two_edge_floors;
+        let own = |floor: &&(SourceId, f64)| floor.0 == id;
+        let likely = floors.get(index).filter(own);
+        let floor = likely.or_else(|| floors.iter().find(own));
+        floor.map_or(0.0, |floor| floor.1)
     }
 
     /// The edges of a source's direct field in the last two updates, shortest detour first: the updates may be for positions

@@ -180,6 +180,9 @@ pub struct PathSet {
     pub direct_edges: Vec<(SourceId, u32)>,
     /// Edges near each source's single reflections, whose waves are part of them, in the order of [`Self::sources`].
     pub reflection_edges: Vec<(SourceId, ReflectionEdge)>,
+    /// Energy relative to the free field towards which each source's paths over two edges fade, in the order of [`Self::sources`]:
+    /// that of the loudest one left out of its list.
+    pub two_edge_floors: Vec<(SourceId, f64)>,
     /// Late energy of each source, in the order of [`Self::sources`].
     pub late: Vec<LateEnergy>,
     /// Decay times of the late energy, which depend on the scene only, and the directions from which that of all sources together arrives.

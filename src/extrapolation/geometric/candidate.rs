@@ -282,7 +282,8 @@ impl Candidate {
                 let diffracted = arena.diffracted(index);
                 let shadow = &source.shadow;
                 let is_lit = !shadow.is_occluded;
-                let mut path = diffracted.path(inputs.scene, &source.endpoints, is_lit)?;
+                let (scene, floor) = (inputs.scene, shadow.two_edge_floor);
+                let mut path = diffracted.ranked_path(scene, &source.endpoints, is_lit, floor)?;
                 if let PathGeometry::Diffraction(sequence) = &self.geometry {
                     let share = shadow.share(sequence);
                     path.amplitude = path.amplitude.map(|value| value * share);

@@ -17,14 +17,17 @@ pub(crate) struct SourceShadow {
     pub(crate) is_occluded: bool,
     /// [`DirectField::two_edge_share`].
     two_edge_share: f32,
+    /// [`crate::propagation::PathSet::two_edge_floors`] of the newest update.
+    pub(crate) two_edge_floor: f64,
 }
 
 impl SourceShadow {
-    /// That of a source's direct field.
-    pub(crate) fn of(field: &DirectField) -> Self {
+    /// That of a source's direct field, and of the newest update.
+    pub(crate) fn of(field: &DirectField, two_edge_floor: f64) -> Self {
         Self {
             is_occluded: !field.visible,
             two_edge_share: field.two_edge_share,
+            two_edge_floor,
         }
     }
 

@@ -82,18 +82,18 @@ pub fn diffracted_field(
     beside_transmission: bool,
     fading: [bool; 2],
 ) -> (ComplexBands, ComplexBands) {
-    let weight = |face: usize, wave| continuation_factor(wave, fading[face]);
+    let weight = |face: usize, wave, along| continuation_factor(wave, fading[face], along);
     field_of_faces(scene, edge, crossing, spread, beside_transmission, weight)
 }
 
-/// [`diffracted_field`] with a weight for the part of each face, first (0) or second (1).
+/// [`diffracted_field`] with a weight for the part of each face, first (0) or second (1), given its [`along_face`].
 pub(super) fn field_of_faces(
     scene: &Scene,
     edge: &Edge,
     crossing: &EdgeCrossing,
     spread: &Spread,
     beside_transmission: bool,
-    weight: impl Fn(usize, Complex) -> f64,
+    weight: impl Fn(usize, Complex, f64) -> f64,
 ) -> (ComplexBands, ComplexBands) {
     let angles = WedgeAngles::of(edge, crossing);
     let cosines = angles.face_cosines(crossing.sin_edge);
@@ -106,12 +106,13 @@ pub(super) fn field_of_faces(
     let kl = wavenumbers.map(|wavenumber| wavenumber * spread.distance_m);
     let mut waves = wedge_waves(&angles, spread, &kl);
     let mut of_faces = [[FaceFactors::default(); 2]; 2];
+    let along = along_faces(&waves.arguments);
     for (half, of_faces) in waves.halves.iter().zip(&mut of_faces) {
         for (face, factors) in of_faces.iter_mut().enumerate() {
             factors.cosine = cosines[face];
             let part = &half.waves.parts[1 + face];
             for (b, continued) in factors.continued.iter_mut().enumerate() {
-                *continued = weight(face, part.at(b));
+                *continued = weight(face, part.at(b), along[face]);
             }
         }
     }
@@ -203,10 +204,19 @@ fn truncate(
     }
 }
 
-/// Factor on a face's part: for a fading face 0 at the reflection's boundary, where the part is ½, and 1 from ¼ down.
-pub(super) fn continuation_factor(part: Complex, is_fading: bool) -> f64 {
+/// How much the part of each face belongs to the incident wave along the face, given [`WedgeWaves::arguments`]: 1 on the face,
+/// where both are the same wave, and 0 where the boundary of the face's reflection is half as far as the incident wave's.
+fn along_faces(arguments: &[f64; 4]) -> [f64; 2] {
+    let incident = arguments[0].min(arguments[1]).max(1e-30);
+    // An argument is as the square of a small angle from its boundary.
+    from_fn(|face| smoothstep(2.0 * (arguments[2 + face] / incident).sqrt() - 1.0))
+}
+
+/// Factor on a face's part: for a fading face 0 at the reflection's boundary, where the part is ½, and 1 from ¼ down and `along`
+/// the face.
+pub(super) fn continuation_factor(part: Complex, is_fading: bool, along: f64) -> f64 {
     match is_fading {
-        true => 1.0 - smoothstep(4.0 * part.abs() - 1.0),
+        true => 1.0 - smoothstep(4.0 * part.abs() - 1.0) * (1.0 - along),
         false => 1.0,
     }
 }

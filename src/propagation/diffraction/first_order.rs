@@ -10,6 +10,7 @@ use crate::acoustics::{BANDS, BandArray, smoothstep};
 use crate::propagation::amplitude::{apply_directivity, free_field};
 use crate::propagation::diffraction::complex::{Complex, ComplexBands};
 use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
+use crate::propagation::diffraction::ranked_list::rank_weight;
 use crate::propagation::diffraction::two_edge_path::{self, TwoEdgePath};
 use crate::propagation::diffraction::wedge_geometry::{WedgeAngles, on_side};
 use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
@@ -31,6 +32,10 @@ const SEPARATE_PHASE: f64 = 2.0 * PI;
 /// Detour over the nearest edge in metres, times `Scene::length_scale`, from which a visible direct path masks paths over two
 /// edges: 0.4 to 0.8 m beside a shadow boundary that is 20 m from the source.
 const MASKED_DETOUR_M: f64 = 5e-3;
+
+/// Detour over the nearest edge in metres, times `Scene::length_scale`, up to which waves over other edges are part of that path
+/// in the shadow, as they are part of the direct path in the light.
+const JOINED_DETOUR_M: f64 = 5e-4;
 
 /// Edges of the direct field, shortest path first.
 #[derive(Debug, Clone, Copy, Default)]
@@ -179,15 +184,6 @@ pub(super) fn face_share(incident: Complex, reflected: Complex) -> f64 {
     let nearness = |wave: Complex| (2.0 * wave.abs()).min(1.0).powi(2);
     let incident = nearness(incident);
     incident + (1.0 - incident) * (1.0 - nearness(reflected))
-}
-
-/// Amplitude factor of a path of a full list of the loudest, whose quietest has the energy `least`: 0 for that one, which another
-/// path replaces where the listener moves on, and nearly 1 for much louder ones. `least` is 0 for a list that is not full.
-fn rank_weight(energy: f64, least: f64) -> f64 {
-    match energy > least {
-        true => 1.0 - least / energy,
-        false => 0.0,
-    }
 }
 
 /// The loudest fields in the order in which they come.
@@ -344,10 +340,11 @@ pub fn direct_field(
     }
     let merges = result.visible && straight.is_some();
     let wavenumbers = edge_wave::wavenumbers(scene);
-    let mut gain = [Complex::ONE; BANDS];
+    let mut gain = [if merges { Complex::ONE } else { Complex::ZERO }; BANDS];
     // Made for the first wave: far from edges clearing it is a third of the work.
     let mut loudest: Option<Loudest> = None;
-    let mut least_detour_m = if result.visible { f64::INFINITY } else { 0.0 };
+    let masked_m = MASKED_DETOUR_M * scene.length_scale();
+    let mut nearest = (f64::INFINITY, u32::MAX);
     for edge in edges {
         let Some(path) = FirstOrderPath::over(scene, endpoints, edge) else {
             continue;
@@ -361,12 +358,23 @@ pub fn direct_field(
         result.waves += 1;
         if field.is_audible(spreading) {
             let energy = field.energy(spreading);
-            least_detour_m = least_detour_m.min(field.path.detour_m);
+            if field.path.detour_m < nearest.0 {
+                nearest = (field.path.detour_m, edge);
+            }
             loudest.get_or_insert_with(Loudest::new).push(field, energy);
         }
     }
-    let masked_m = MASKED_DETOUR_M * scene.length_scale();
-    result.two_edge_share = (1.0 - smoothstep(least_detour_m / masked_m)) as f32;
+    result.two_edge_share = match result.visible {
+        true => (1.0 - smoothstep(nearest.0 / masked_m)) as f32,
+        false => 1.0,
+    };
+    let mut fields = loudest.iter().flat_map(Loudest::fields);
+    let joined_m = JOINED_DETOUR_M * scene.length_scale();
+    let nearness = match !result.visible && fields.any(|(field, _)| field.path.edge == nearest.1) {
+        true => 1.0 - smoothstep(nearest.0 / joined_m),
+        false => 0.0,
+    };
+    let mut beside_boundary: Option<([Complex; BANDS], EdgeCrossing, f64)> = None;
     let least = loudest.as_ref().map_or(0.0, Loudest::least_energy);
     for (field, energy) in loudest.iter().flat_map(Loudest::fields) {
         let weight = rank_weight(energy, least);
@@ -387,7 +395,8 @@ pub fn direct_field(
         for (b, &wavenumber) in wavenumbers.iter().enumerate() {
             let share = match merges {
                 true => merged_share(wavenumber * field.path.detour_m),
-                false => 0.0,
+                false if edge == nearest.1 => 0.0,
+                false => nearness * merged_share(wavenumber * field.path.detour_m),
             };
             let faces = share * face_share(field.incident[b], field.reflected[b]);
             merged[b] = (field.incident[b] * share + field.reflected[b] * faces) * weight;
@@ -398,6 +407,10 @@ pub fn direct_field(
                 separate[b] += waves[b] * (1.0 - share);
             }
         }
+        if nearness > 0.0 && edge == nearest.1 {
+            beside_boundary = Some((separate, field.path.crossing, field.path.detour_m));
+            continue;
+        }
         let gains: BandArray = separate.map(|wave| edge_wave::real_gain(wave) as f32);
         let is_path = edge_wave::is_audible(&gains, spreading);
         let diffracted_free = free_field(scene, length_m, min_distance_m);
@@ -406,7 +419,8 @@ pub fn direct_field(
             // A part too weak for a separate path remains in the direct path.
             let wave = match is_path {
                 true => merged[b],
-                false => merged[b] + separate[b],
+                false if result.visible => merged[b] + separate[b],
+                false => merged[b],
             };
             let ratio = f64::from(diffracted_free[b]) / f64::from(free[b]).max(1e-30);
             gain[b] += wave * later[b] * ratio;
@@ -415,6 +429,26 @@ pub fn direct_field(
             let apex = field.path.crossing.apex;
             let path = EdgePath {
                 interactions: &[Interaction::Edge(edge)],
+                points: &[apex],
+                length_m,
+                last_point: apex,
+            };
+            emit(path.to_path(scene, endpoints, &gains));
+        }
+    }
+    if let Some((mut waves, crossing, detour_m)) = beside_boundary {
+        let length_m = crossing.length_m();
+        let diffracted_free = free_field(scene, length_m, min_distance_m);
+        let later = edge_wave::delays(&wavenumbers, -detour_m);
+        for b in 0..BANDS {
+            let ratio = f64::from(free[b]) / f64::from(diffracted_free[b]).max(1e-30);
+            waves[b] += gain[b] * later[b] * ratio;
+        }
+        let gains = waves.map(|wave| edge_wave::real_gain(wave) as f32);
+        if edge_wave::is_audible(&gains, spreading(straight_m, length_m, min_distance_m)) {
+            let apex = crossing.apex;
+            let path = EdgePath {
+                interactions: &[Interaction::Edge(nearest.1)],
                 points: &[apex],
                 length_m,
                 last_point: apex,

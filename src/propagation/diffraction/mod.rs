@@ -71,6 +71,8 @@ pub struct NearEdges {
     pub direct: DirectEdges,
     /// Edges near single reflections.
     pub reflections: ReflectionEdges,
+    /// Energy relative to the free field towards which paths over two edges fade: that of the loudest one left out of the list.
+    pub two_edge_floor: f64,
 }
 
 /// What a source's last search found, which shortens the next one and does not change its result.
@@ -139,7 +141,7 @@ pub fn update(
             with_reflections::find(scene, endpoints, edges, false, known, rays, emit);
     }
     if has_two_edges {
-        second_order::find(
+        result.two_edge_floor = second_order::find(
             scene,
             endpoints,
             (&near, &result.direct),

@@ -3,6 +3,7 @@
 //! Extrapolation recomputes diffracted paths between updates. Geometry, wave and visibility rays are those of the update, so
 //! a path at rest has the same bits.
 
+use crate::propagation::diffraction::second_order;
 use crate::propagation::diffraction::two_edge_path::TwoEdgePath;
 use crate::propagation::diffraction::with_reflections::ReflectedEdgePath;
 use crate::propagation::endpoints::Endpoints;
@@ -94,9 +95,23 @@ impl DiffractionPath {
     /// The path, if audible ([`crate::propagation::diffraction::MIN_RELATIVE_AMPLITUDE`]). `is_lit` is whether the direct
     /// path is visible. Occlusion is not tested.
     pub fn path(&self, scene: &Scene, endpoints: &Endpoints, is_lit: bool) -> Option<Path> {
+        self.ranked_path(scene, endpoints, is_lit, 0.0)
+    }
+
+    /// The same, where a path over two edges has its weight in an update's list: `two_edge_floor` is
+    /// [`super::NearEdges::two_edge_floor`].
+    pub fn ranked_path(
+        &self,
+        scene: &Scene,
+        endpoints: &Endpoints,
+        is_lit: bool,
+        two_edge_floor: f64,
+    ) -> Option<Path> {
         match self {
             Self::Reflected(path) => path.path(scene, endpoints, is_lit),
-            Self::TwoEdges(path) => path.path(scene, endpoints),
+            Self::TwoEdges(path) => path
+                .path(scene, endpoints)
+                .map(|path| second_order::ranked(path, two_edge_floor)),
         }
     }
 

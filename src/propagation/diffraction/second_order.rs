@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::propagation::diffraction::edge_wave::local_positions;
 use crate::propagation::diffraction::first_order::DirectEdges;
-use crate::propagation::diffraction::ranked_list::insert_ranked;
+use crate::propagation::diffraction::ranked_list::{insert_ranked, rank_weight};
 use crate::propagation::diffraction::two_edge_path::{
     TwoEdgePath, bound_narrow_face, insert_shortest, meet_at_corner,
 };
@@ -18,7 +18,7 @@ use crate::scene::edges::{DiffractingEdges, Edge, REACH_M};
 pub const MAX_TWO_EDGE_PATHS: usize = 8;
 
 /// Most paths tested for visibility, shortest first.
-const MAX_TESTED: usize = 24;
+const MAX_TESTED: usize = 32;
 
 /// The same of paths over two near edges that are no neighbours: they may not see each other.
 const MAX_TESTED_APART: usize = 12;
@@ -81,8 +81,9 @@ struct Search<'a> {
 
 /// Emits the loudest paths over two edges, [`MAX_TWO_EDGE_PATHS`] at most. One edge is of `near` and the other its neighbour or of
 /// `near` too, or one belongs to an instance ([`moving_edge_pairs`]). Paths that waves over one of the `direct` edges include are
-/// left out. Adds the rays cast to `rays`. `known` holds the pairs of an earlier call and is renewed; it shortens the search and does
-/// not change the result.
+/// left out. Returns the energy of the loudest one that is left out of the list, which the others fade towards ([`rank_weight`]).
+/// Adds the rays cast to `rays`. `known` holds the pairs of an earlier call and is renewed; it shortens the search and does not
+/// change the result.
 pub fn find(
     scene: &Scene,
     endpoints: &Endpoints,
@@ -90,7 +91,7 @@ pub fn find(
     known: &mut KnownPairs,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
-) {
+) -> f64 {
     let (from, to) = local_positions(scene, endpoints);
     let search = Search {
         scene,
@@ -108,18 +109,29 @@ pub fn find(
     let moving = scene
         .has_instances()
         .then(|| moving_edge_pairs::shortest(scene, endpoints));
-    let mut loudest: [Option<(f32, Path)>; MAX_TWO_EDGE_PATHS] = [None; MAX_TWO_EDGE_PATHS];
+    let mut loudest: [Option<(Path, f64)>; MAX_TWO_EDGE_PATHS] = [None; MAX_TWO_EDGE_PATHS];
+    let mut floor: f64 = 0.0;
     let candidates = shortest.iter().chain(&apart);
     for candidate in candidates.chain(moving.iter().flatten()).flatten() {
         if candidate.is_unoccluded(scene, endpoints, rays)
             && let Some(path) = candidate.path(scene, endpoints)
+            && let Some((_, energy)) = insert_ranked(&mut loudest, path, |old| old.1 >= path.1)
         {
-            let energy = path.amplitude.iter().map(|a| a * a).sum::<f32>();
-            insert_ranked(&mut loudest, (energy, path), |old| old.0 >= energy);
+            floor = floor.max(energy);
         }
     }
-    let loudest = loudest.into_iter().flatten();
-    loudest.for_each(|(_, path)| emit(path));
+    for path in loudest.into_iter().flatten() {
+        emit(ranked(path, floor));
+    }
+    floor
+}
+
+/// A path with its weight in a list of the loudest, of which the loudest that is left out has the energy `floor`. The weight is by
+/// squares of energies: a frame may have the floor of an update some frames old, and a path 3 dB above it is then within a quarter.
+pub(super) fn ranked((mut path, energy): (Path, f64), floor: f64) -> Path {
+    let weight = rank_weight(energy.powi(2), floor.powi(2)) as f32;
+    path.amplitude = path.amplitude.map(|value| value * weight);
+    path
 }
 
 impl Search<'_> {

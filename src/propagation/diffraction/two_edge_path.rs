@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use crate::acoustics::{BANDS, BandArray, smoothstep};
+use crate::acoustics::{BANDS, smoothstep};
 use crate::propagation::diffraction::complex::ComplexBands;
 use crate::propagation::diffraction::edge_ends::{IN_FACE, NARROW_M, OwnEnd, PARALLEL, own_ends};
 use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
@@ -44,7 +44,7 @@ pub struct TwoEdgePath {
 /// Inserts a path into a list of the shortest ones, shortest first.
 pub(crate) fn insert_shortest(shortest: &mut [Option<TwoEdgePath>], new: TwoEdgePath) {
     let rank = |path: &TwoEdgePath| (path.length_m, path.edges);
-    insert_ranked(shortest, new, |old| rank(old) < rank(&new));
+    let _ = insert_ranked(shortest, new, |old| rank(old) < rank(&new));
 }
 
 impl TwoEdgePath {
@@ -161,8 +161,9 @@ impl TwoEdgePath {
         self.length_m
     }
 
-    /// The path, if audible ([`edge_wave::is_audible`]). Occlusion is not tested.
-    pub fn path(&self, scene: &Scene, endpoints: &Endpoints) -> Option<Path> {
+    /// The path, if audible ([`edge_wave::is_audible`]), and its energy relative to the free field at the straight distance, of all
+    /// bands. Occlusion is not tested.
+    pub fn path(&self, scene: &Scene, endpoints: &Endpoints) -> Option<(Path, f64)> {
         let (from, to) = local_positions(scene, endpoints);
         let straight_m = from.distance(to);
         let leg_m = self.crossings[1].before_m;
@@ -170,16 +171,20 @@ impl TwoEdgePath {
         let fade = fade_out(scene, self.length_m - straight_m)
             * smoothstep(4.0 * (1.0 - leg_m / reach_m))
             * self.corner_fade(scene);
-        let gains = self.gains(scene, endpoints, fade);
+        let waves = self.field(scene, endpoints);
+        let gains = waves.map(|wave| (edge_wave::real_gain(wave) * fade) as f32);
         let spreading = straight_m.max(endpoints.min_distance_m) / self.length_m;
         edge_wave::is_audible(&gains, spreading).then(|| {
+            // Not of the gains, which are 0 where they change their sign.
+            let energies = waves.map(|wave| (wave.abs() * fade * spreading).powi(2));
             let path = EdgePath {
                 interactions: &self.edges.map(Interaction::Edge),
                 points: &self.crossings.map(|crossing| crossing.apex),
                 length_m: self.length_m,
                 last_point: self.crossings[1].apex,
             };
-            path.to_path(scene, endpoints, &gains)
+            let path = path.to_path(scene, endpoints, &gains);
+            (path, energies.iter().sum())
         })
     }
 
@@ -214,12 +219,6 @@ impl TwoEdgePath {
         is_unoccluded(scene, second, to, b.faces, rays)
             && is_unoccluded(scene, from, first, a.faces, rays)
             && is_unoccluded(scene, first, second, between, rays)
-    }
-
-    /// Signed band gains relative to the free field over its length, times `fade`.
-    fn gains(&self, scene: &Scene, endpoints: &Endpoints, fade: f64) -> BandArray {
-        self.field(scene, endpoints)
-            .map(|wave| (edge_wave::real_gain(wave) * fade) as f32)
     }
 
     /// The field relative to the free field over its length.
@@ -274,10 +273,10 @@ impl TwoEdgePath {
                 &crossing,
                 &spreads[i],
                 false,
-                |face, wave| match dull[face] {
+                |face, wave, along| match dull[face] {
                     true => 0.0,
                     false if is_shared(face) => 1.0,
-                    false => edge_wave::continuation_factor(wave, fading[face]),
+                    false => edge_wave::continuation_factor(wave, fading[face], along),
                 },
             );
             let loss = match transmission {

@@ -18,6 +18,8 @@ impl Propagator {
         result.reflection_edges.clear();
         let most = tasks.len() * MAX_REFLECTED_EDGE_PATHS;
         result.reflection_edges.reserve(most);
+        result.two_edge_floors.clear();
+        result.two_edge_floors.reserve(tasks.len());
         for (pose, task) in sources.iter().zip(tasks) {
             let edges = task.near_edges.direct.as_slice().iter();
             let edges = edges.map(|edge| (pose.id, *edge));
@@ -25,6 +27,8 @@ impl Propagator {
             let edges = task.near_edges.reflections.edges();
             let edges = edges.map(|edge| (pose.id, edge));
             result.reflection_edges.extend(edges);
+            let floor = (pose.id, task.near_edges.two_edge_floor);
+            result.two_edge_floors.push(floor);
         }
         result.late.clear();
         let late = || tasks.iter().filter_map(|task| task.latest_late.as_ref());
