@@ -20,7 +20,7 @@ use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::energy_course::{EnergyCourse, LateBins};
 use crate::propagation::diffuse::fit_spans::{LONG_SPANS, SPAN_ENDS, SPAN_OF_STEP, SPANS, STEPS};
-use crate::propagation::diffuse::steady_tail::{Arriving, HALF, steady};
+use crate::propagation::diffuse::steady_tail::{Arriving, continued, steady};
 use crate::propagation::late_group::{LATE_GROUPS, LateGroup};
 use crate::propagation::path::{LATE_SEGMENTS, LateEnergy};
 use crate::simd::{LaneSet, Lanes, kernel};
@@ -63,10 +63,6 @@ const SLOWER_SHARE: f32 = 4.0;
 /// Power of the ratio of its rate to the first group's that the second group's start is multiplied by, if it is slower. With its
 /// full start it kept a fifth of the energy in closed rooms of one decay, and T30 was 6 to 16 % too long there.
 const BEYOND_SLOWEST: i32 = 9;
-
-/// How much more than earlier energies those after the responses are drawn towards the course of the air's: a share of a quarter there is
-/// all of it. What few rays carry is specular, and patches do not know its directions.
-const LATER_DRAWN: f32 = 4.0;
 
 const LAST_SEGMENT: usize = LATE_SEGMENTS - 1;
 
@@ -369,51 +365,6 @@ kernel! {
                 }
             }
         }
-    }
-}
-
-/// Continues the first `known` energies in spans of time up to `within`, with their own course, as far as they were `drawn` with that of
-/// the air's. Returns the number of spans: `known` where nothing arrives later.
-fn continued(
-    energy: &mut [BandArray; LONG_SPANS],
-    known: usize,
-    within: usize,
-    [own, of_air]: [&[BandArray; LONG_SPANS]; 2],
-    drawn: &BandArray,
-) -> usize {
-    let is_heard = |span: &BandArray| span.iter().any(|energy| *energy > 0.0);
-    if within <= known || !own[known..within].iter().any(is_heard) {
-        return known;
-    }
-    let half = usize::from(HALF[known - 1]);
-    let level = |spans: &[BandArray; LONG_SPANS]| {
-        let mut sum = [0.0f32; BANDS];
-        for span in &spans[half..known] {
-            for b in 0..BANDS {
-                sum[b] += span[b];
-            }
-        }
-        sum
-    };
-    let [level, own_level, air_level] = [&*energy, own, of_air].map(level);
-    for span in known..within {
-        for b in 0..BANDS {
-            let drawn = (LATER_DRAWN * drawn[b]).min(1.0);
-            let own_ratio = ratio(own[span][b], own_level[b]);
-            let of_air = ratio(of_air[span][b], air_level[b]);
-            let continued = level[b] * (own_ratio + drawn * (of_air - own_ratio));
-            // What patches radiate arrives in any case.
-            energy[span][b] = continued.max(own[span][b]);
-        }
-    }
-    within
-}
-
-/// Energy relative to a level; none where that is next to nothing.
-fn ratio(energy: f32, level: f32) -> f32 {
-    match level > f32::MIN_POSITIVE {
-        true => energy / level,
-        false => 0.0,
     }
 }
 

@@ -1,8 +1,9 @@
 //! Where the samples of the late field are.
 //!
-//! Own. Points lie at even steps of area over the scene. Where that would put too few of them into a room, as in a house on a terrain,
-//! there are more than are needed, and those from which nothing is hit are left out; where that is not enough, as in a town, they
-//! lie closer around listeners and sources: beyond a radius a sample stands for an area in proportion to its squared distance.
+//! Own. Points lie at even steps of area over the scene. Where that would put too few of them into a room, as in a house on a terrain, or
+//! under a roof on open ground, there are more than are needed, and those from which nothing is hit are left out; where that is not
+//! enough, as in a town, they lie closer around listeners and sources: beyond a radius a sample stands for an area in proportion to its
+//! squared distance.
 
 use glam::Vec3;
 
@@ -86,9 +87,14 @@ impl PointDensity {
             count,
         };
         let total = weight_m2(scene, &tried.focus);
-        if !total.is_finite()
-            || total <= COARSEST_M2 * count as f64 && FEW * count_reached(&tried) >= count
-        {
+        if !total.is_finite() {
+            return tried;
+        }
+        if total <= COARSEST_M2 * count as f64 {
+            let reached = count_reached(&tried);
+            if reached > 0 && FEW * reached < count {
+                tried.count *= POINTS_PER_SAMPLE;
+            }
             return tried;
         }
         let mut is_enough = |tried: &Self, most_m2: f64| {

@@ -113,9 +113,15 @@ impl SurfaceSamples {
             samples.drop_unreachable(scene, occupants, rays);
             samples
         };
-        let count_reached = |density: &PointDensity| reached(density).all.len();
+        let mut last = None;
+        let count_reached = |density: &PointDensity| {
+            let samples = last.insert((density.count, reached(density)));
+            samples.1.all.len()
+        };
         let density = PointDensity::choose(scene, count, occupants, count_reached);
-        let mut samples = reached(&density);
+        // A density with the count of the last one that was tried is that one.
+        let tried = last.filter(|(count, _)| *count == density.count);
+        let mut samples = tried.map_or_else(|| reached(&density), |(_, samples)| samples);
         if density.count > count {
             samples.thin(count);
             samples.has_gaps = true;
