@@ -276,7 +276,7 @@ impl Extrapolator {
         }
     }
 
-    /// [`PathSet::two_edge_floors`] of the newest update for a source at an index, mostly the same there.
+    /// [`crate::propagation::PathSet::two_edge_floors`] of the newest update for a source at an index, mostly the same there.
     fn two_edge_floor(&self, index: usize, id: SourceId) -> f64 {
         let floors = &self.current.two_edge_floors;
         let own = |floor: &&(SourceId, f64)| floor.0 == id;

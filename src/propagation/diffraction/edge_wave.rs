@@ -86,7 +86,7 @@ pub fn diffracted_field(
     field_of_faces(scene, edge, crossing, spread, beside_transmission, weight)
 }
 
-/// [`diffracted_field`] with a weight for the part of each face, first (0) or second (1), given its [`along_face`].
+/// [`diffracted_field`] with a weight for the part of each face, first (0) or second (1), given its [`along_faces`].
 pub(super) fn field_of_faces(
     scene: &Scene,
     edge: &Edge,

@@ -81,7 +81,7 @@ struct Search<'a> {
 
 /// Emits the loudest paths over two edges, [`MAX_TWO_EDGE_PATHS`] at most. One edge is of `near` and the other its neighbour or of
 /// `near` too, or one belongs to an instance ([`moving_edge_pairs`]). Paths that waves over one of the `direct` edges include are
-/// left out. Returns the energy of the loudest one that is left out of the list, which the others fade towards ([`rank_weight`]).
+/// left out. Returns the energy of the loudest one that is left out of the list, which the others fade towards (`ranked_list.rs`).
 /// Adds the rays cast to `rays`. `known` holds the pairs of an earlier call and is renewed; it shortens the search and does not
 /// change the result.
 pub fn find(
