@@ -98,9 +98,11 @@ pub(crate) fn steady(arriving: Arriving<'_>, of_air: &[BandArray]) -> BandArray 
     }
     for span in FIRST..spans {
         for b in 0..BANDS {
-            if after[b] > 0.0 {
+            // Next to nothing is not scaled up.
+            if after[b] > 1e-6 * before[b] {
                 let steadied = few[span][b] * (before[b] / after[b]);
-                energy[span][b] += steadied - of_few[span][b];
+                let radiated = (energy[span][b] - of_few[span][b]).max(0.0);
+                energy[span][b] = radiated + steadied;
             }
         }
     }
@@ -303,6 +305,28 @@ mod tests {
         for span in FIRST..SPANS {
             let off = (steadied[span][1] / own[span][1]).ln().abs();
             assert!(off < 0.5 * 0.185, "{span}: {off}");
+        }
+    }
+
+    /// Energies down to the smallest numbers, carried by few rays or by none, and of the air.
+    #[test]
+    fn next_to_nothing_stays_finite() {
+        for level in [1e30, 1.0, 1e-20, 1e-38, 1e-44] {
+            for air in [1e30, 1.0, 1e-38, 1e-44, 0.0] {
+                for few in [0.0, 0.5, 1.0] {
+                    let mut energy = decay(0.01, |_| level);
+                    let of_few = energy.map(|energy| energy.map(|e| few * e));
+                    let arriving = Arriving {
+                        variance: &of_few.map(|energy| energy.map(|e| e * e)),
+                        of_few: &of_few,
+                        energy: &mut energy,
+                    };
+                    steady(arriving, &decay(0.9, |_| air));
+                    let mut all = energy.as_flattened().iter();
+                    let is_sound = |e: &f32| e.is_finite() && *e >= 0.0;
+                    assert!(all.all(is_sound), "{level}, {air}, {few}: {energy:?}");
+                }
+            }
         }
     }
 
