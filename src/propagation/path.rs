@@ -181,7 +181,7 @@ pub struct PathSet {
     /// Edges near each source's single reflections, whose waves are part of them, in the order of [`Self::sources`].
     pub reflection_edges: Vec<(SourceId, ReflectionEdge)>,
     /// Energy relative to the free field towards which each source's paths over two edges fade, in the order of [`Self::sources`]:
-    /// that of the loudest one left out of its list.
+    /// that of the loudest one left out of its list, summed over the bands; 0 if none is left out.
     pub two_edge_floors: Vec<(SourceId, f64)>,
     /// Late energy of each source, in the order of [`Self::sources`].
     pub late: Vec<LateEnergy>,

@@ -43,7 +43,7 @@ const HALF: [u8; SPANS] = {
     half
 };
 
-/// Late energy in spans of time.
+/// Energy that arrives of a source in each span of the fit, on one scale with its variance.
 pub(crate) struct Arriving<'a> {
     /// All of it.
     pub(crate) energy: &'a mut [BandArray],

@@ -45,7 +45,7 @@ const LEGS: u64 = 150_000_000;
 /// Legs where few particles pass both doors early: with 100 million C80 is 0.2 to 0.5 dB from that with 1.2 billion.
 const LEGS_BEHIND_TWO_DOORS: u64 = 4 * LEGS;
 
-/// The room whose law of directions does not hold.
+/// The room in which law *late/direction* does not hold, and is not asked for.
 pub(super) const OUT_OF_A_CONTAINER: &str = "out of a container";
 
 /// A material whose absorption is the same in all bands.
