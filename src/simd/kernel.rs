@@ -9,7 +9,7 @@ pub(crate) enum LaneSet {
         expect(dead_code, reason = "aarch64 always has NEON")
     )]
     Portable,
-    /// AVX2 with FMA.
+    /// AVX2 with FMA and F16C.
     #[cfg(target_arch = "x86_64")]
     Avx2(super::x86::Avx2),
     /// NEON.
@@ -56,7 +56,7 @@ macro_rules! kernel {
                 $crate::simd::LaneSet::Portable => generic::<$crate::simd::F32x8>($($argument),*),
                 #[cfg(target_arch = "x86_64")]
                 $crate::simd::LaneSet::Avx2(proof) => {
-                    #[target_feature(enable = "avx2,fma")]
+                    #[target_feature(enable = "avx2,fma,f16c")]
                     fn avx2($($argument: $type),*) {
                         generic::<$crate::simd::x86::Ymm>($($argument),*);
                     }

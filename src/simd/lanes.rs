@@ -8,6 +8,7 @@
 //! within the bound that each kernel states.
 
 use super::F32x8;
+use super::f16x8::{F16x8, decoded, encoded};
 #[cfg(test)]
 use crate::simd::doubles::FusedF64x4;
 use crate::simd::doubles::{Doubles, F64x4};
@@ -37,6 +38,10 @@ pub(crate) trait Lanes: Copy {
     fn load(lanes: &[f32; 8]) -> Self;
     /// Stores to memory.
     fn store(self, lanes: &mut [f32; 8]);
+    /// From half the memory.
+    fn from_halves(halves: &F16x8) -> Self;
+    /// To half the memory: rounded to the nearest, ties to even, and limited to [`MAX`](crate::simd::f16x8::MAX). Not for NaN.
+    fn to_halves(self) -> F16x8;
     /// Lanes 0 to 3, each twice.
     fn twice_low(self) -> Self;
     /// Lanes 4 to 7, each twice.
@@ -203,6 +208,16 @@ macro_rules! array_lanes {
             #[inline(always)]
             fn store(self, lanes: &mut [f32; 8]) {
                 *lanes = self.0;
+            }
+
+            #[inline(always)]
+            fn from_halves(halves: &F16x8) -> Self {
+                $wrap(std::array::from_fn(|i| decoded(halves.0[i])))
+            }
+
+            #[inline(always)]
+            fn to_halves(self) -> F16x8 {
+                F16x8(std::array::from_fn(|i| encoded(self.0[i])))
             }
 
             #[inline(always)]

@@ -1,6 +1,7 @@
 //! Eight-lane `f32` and four-lane `f64` arithmetic and memory prefetch.
 //!
-//! - [`F32x8`]: eight numbers in an array, the storage format everywhere;
+//! - [`F32x8`]: eight numbers in an array, the storage format nearly everywhere;
+//! - `F16x8`: eight numbers in half the memory, for delay lines;
 //! - `Lanes`: the same eight numbers in vector registers, and `Lanes16`, two of them;
 //! - `Doubles`: four `f64`, and `ComplexLanes`, complex numbers of them;
 //! - `elementary`: functions of them;
@@ -11,6 +12,7 @@
 
 pub(crate) mod doubles;
 pub(crate) mod elementary;
+pub(crate) mod f16x8;
 mod f32x8;
 pub(crate) mod kernel;
 pub(crate) mod lanes;
@@ -20,6 +22,7 @@ pub(crate) mod neon;
 pub(crate) mod x86;
 
 pub(crate) use doubles::{ComplexLanes, Doubles};
+pub(crate) use f16x8::F16x8;
 pub use f32x8::F32x8;
 pub(crate) use kernel::{LaneSet, kernel};
 pub(crate) use lanes::{LANE_INDICES, Lanes, Lanes16};

@@ -5,9 +5,14 @@
 //! Positions are audio frames since the generator's start. The line consists of tiles of eight frames: band after band, one
 //! frame per lane. A reader that mixes the bands accesses memory sequentially, without shuffles. Tiles lie in segments, which
 //! take turns: a line becomes longer by more segments behind its oldest sound, and what it has stays where it is.
+//!
+//! Samples have sixteen bits ([`F16x8`]): nearly all of all lines is read in every block, more than a second-level cache
+//! holds. The error is 66 dB below the band's own sound or more, and at most 3e-8 where that is below 6.1e-5. Samples beyond
+//! 65,504 are clipped.
 
 use crate::acoustics::BANDS;
-use crate::simd::{F32x8, LaneSet, kernel, prefetch};
+use crate::simd::f16x8::{decoded, encoded};
+use crate::simd::{F16x8, F32x8, LaneSet, kernel, prefetch};
 
 use crate::generation::CHUNK;
 
@@ -31,7 +36,7 @@ fn fade_in(frame: usize) -> f32 {
 }
 
 /// Eight frames of eight bands, each at its [`band_index`].
-pub(crate) type Tile = [F32x8; BANDS];
+pub(crate) type Tile = [F16x8; BANDS];
 
 /// Index of a band in a tile: adjacent to the band four higher. Sixteen lanes then sum the lower and the upper four bands
 /// separately, in the order of the bands.
@@ -57,14 +62,14 @@ kernel! {
                 L::from_array(h),
             ]);
             *tile = [
-                a.to_array(),
-                e.to_array(),
-                b.to_array(),
-                f.to_array(),
-                c.to_array(),
-                g.to_array(),
-                d.to_array(),
-                h.to_array(),
+                a.to_halves(),
+                e.to_halves(),
+                b.to_halves(),
+                f.to_halves(),
+                c.to_halves(),
+                g.to_halves(),
+                d.to_halves(),
+                h.to_halves(),
             ];
         }
     }
@@ -86,8 +91,8 @@ impl PrefetchWindow<'_> {
         for part in &mut self.parts {
             let (now, later) = part.split_at(remaining.min(part.len()));
             for tile in now {
-                // Two bands per cache line.
-                for band in (0..BANDS).step_by(2) {
+                // Four bands per cache line.
+                for band in (0..BANDS).step_by(4) {
                     prefetch(&tile[band]);
                 }
             }
@@ -104,7 +109,7 @@ pub(crate) type Segment = Box<[Tile]>;
 fn segment() -> Segment {
     // Written, not allocated as zeros: the pages are touched here, not in the first blocks.
     let mut tiles = Vec::with_capacity(SEGMENT_TILES);
-    tiles.resize(SEGMENT_TILES, [F32x8::ZERO; BANDS]);
+    tiles.resize(SEGMENT_TILES, [F16x8::ZERO; BANDS]);
     tiles.into_boxed_slice()
 }
 
@@ -181,7 +186,8 @@ impl DelayLine {
         for age in 0..FADE_FRAMES {
             let (slot, frame) = self.place(oldest + age as i64);
             for band in &mut self.segments[slot][frame / TILE] {
-                band.0[frame % TILE] *= fade_in(age);
+                let value = &mut band.0[frame % TILE];
+                *value = encoded(decoded(*value) * fade_in(age));
             }
         }
     }
@@ -283,13 +289,18 @@ fn segment_number(position: i64) -> i64 {
 fn set_frame(tiles: &mut [Tile], frame: usize, bands: &F32x8) {
     let tile = &mut tiles[frame / TILE];
     for (band, &value) in bands.0.iter().enumerate() {
-        tile[band_index(band)].0[frame % TILE] = value;
+        tile[band_index(band)].0[frame % TILE] = encoded(value);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Positive numbers that sixteen bits hold exactly.
+    fn sample(number: i64) -> f32 {
+        1.0 + number.rem_euclid(2039) as f32
+    }
 
     #[test]
     fn every_stretch_of_the_past_can_be_read() {
@@ -299,9 +310,8 @@ mod tests {
             let frames = 1 + (round * 37) % CHUNK;
             let bands: Vec<F32x8> = (0..frames)
                 .map(|i| {
-                    F32x8(std::array::from_fn(|b| {
-                        (8 * (now + i as i64)) as f32 + b as f32
-                    }))
+                    let sample = |b| sample(8 * (now + i as i64) + b as i64);
+                    F32x8(std::array::from_fn(sample))
                 })
                 .collect();
             line.write(now, &bands);
@@ -318,8 +328,8 @@ mod tests {
                     let index = lane + i;
                     for band in [3, 5] {
                         assert_eq!(
-                            tiles[index / TILE][band_index(band)].0[index % TILE],
-                            (8 * (position + i as i64) + band as i64) as f32
+                            decoded(tiles[index / TILE][band_index(band)].0[index % TILE]),
+                            sample(8 * (position + i as i64) + band as i64)
                         );
                     }
                 }
@@ -338,14 +348,14 @@ mod tests {
             now += 100;
         }
         let mut tiles = line.segments.iter().flatten();
-        assert!(tiles.all(|tile| *tile == [F32x8::ZERO; BANDS]));
+        assert!(tiles.all(|tile| *tile == [F16x8::ZERO; BANDS]));
     }
 
     /// The lowest band but two of a position.
     fn value(line: &DelayLine, position: i64) -> f32 {
         let (lane, parts) = line.tiles(position, 1);
         let tile = parts.into_iter().flatten().next().expect("one");
-        tile[band_index(2)].0[lane]
+        decoded(tile[band_index(2)].0[lane])
     }
 
     #[test]
@@ -353,7 +363,7 @@ mod tests {
         let frames = |from: i64, count: usize| -> Vec<F32x8> {
             (from..)
                 .take(count)
-                .map(|n| F32x8::splat(n as f32))
+                .map(|n| F32x8::splat(sample(n)))
                 .collect()
         };
         let cases = [(-7, 300, [900, 1300]), (1000, 2900, [2901, 2902])];
@@ -374,14 +384,12 @@ mod tests {
                     assert_eq!(line.segments.len(), segments_for(history));
                     first = first.max(now - kept);
                     for position in first..now {
-                        assert_eq!(value(&line, position), position as f32, "of {now}");
+                        assert_eq!(value(&line, position), sample(position), "of {now}");
                     }
                     // Older sound is its own, faded, or silence: never that of another time.
                     for position in now - line.frames() + 1..first {
                         let value = value(&line, position);
-                        assert!(
-                            value.abs() <= position.abs() as f32 && value * position as f32 >= 0.0
-                        );
+                        assert!((0.0..=sample(position)).contains(&value));
                     }
                     for chunk in frames(now, count).chunks(101) {
                         line.write(now, chunk);
@@ -390,7 +398,7 @@ mod tests {
                     assert!(!line.is_silent_from(now - 1) && line.is_silent_from(now));
                 }
                 for position in first.max(now - longer[1] as i64)..now {
-                    assert_eq!(value(&line, position), position as f32, "of {now}");
+                    assert_eq!(value(&line, position), sample(position), "of {now}");
                 }
             }
         }
@@ -408,8 +416,8 @@ mod tests {
             let first = now - line.frames();
             line.lengthen(&mut segments(3), now);
             assert_eq!((value(&line, first - 1), value(&line, now - 1)), (0.0, 1.0));
-            // The slope of the cubic is at most 3/2.
-            let step = 1.5 / FADE_FRAMES as f32 + f32::EPSILON;
+            // The slope of the cubic is at most 3/2; both values are rounded by at most half of 2⁻¹¹.
+            let step = 1.5 / FADE_FRAMES as f32 + 0.5f32.powi(11);
             let is_smooth = |at| (value(&line, at + 1) - value(&line, at)).abs() < step;
             assert!((now - line.frames()..now - 1).all(is_smooth));
         }
@@ -432,12 +440,12 @@ mod tests {
         let mut sets = LaneSet::vector_units();
         sets.extend([LaneSet::Fused, LaneSet::Portable]);
         for set in sets {
-            let mut tiles = vec![[F32x8::ZERO; BANDS]; 3];
+            let mut tiles = vec![[F16x8::ZERO; BANDS]; 3];
             write_tiles(set, &frames, &mut tiles);
             for (frame, lanes) in frames.iter().enumerate() {
                 for band in 0..BANDS {
                     let found = tiles[frame / TILE][band_index(band)].0[frame % TILE];
-                    assert_eq!(found, lanes.0[band]);
+                    assert_eq!(decoded(found), lanes.0[band]);
                 }
             }
         }

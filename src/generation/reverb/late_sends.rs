@@ -270,7 +270,7 @@ kernel! {
             let mut sum = L::load(sums);
             for band in 0..BANDS {
                 let gain = grown.mul_add(growth[band], before[band]);
-                sum = L::from_array(tile[band_index(band)]).mul_add(gain, sum);
+                sum = L::from_halves(&tile[band_index(band)]).mul_add(gain, sum);
             }
             sum.store(sums);
             grown = grown.add(L::splat(TILE as f32));
@@ -294,8 +294,8 @@ kernel! {
                 let mut even = L::load(sums);
                 let mut odd = L::splat(0.0);
                 for band in 0..BANDS / 2 {
-                    even = L::from_array(tile[2 * band]).mul_add(held[band], even);
-                    odd = L::from_array(tile[2 * band + 1]).mul_add(held[band + BANDS / 2], odd);
+                    even = L::from_halves(&tile[2 * band]).mul_add(held[band], even);
+                    odd = L::from_halves(&tile[2 * band + 1]).mul_add(held[band + BANDS / 2], odd);
                 }
                 even.add(odd).store(sums);
             }

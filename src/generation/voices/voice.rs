@@ -7,7 +7,7 @@
 //! later.
 
 use crate::acoustics::BANDS;
-use crate::simd::{F32x8, LANE_INDICES, LaneSet, Lanes, Lanes16, kernel, prefetch};
+use crate::simd::{F16x8, F32x8, LANE_INDICES, LaneSet, Lanes, Lanes16, kernel, prefetch};
 
 use crate::generation::CHUNK;
 use crate::generation::bands::air_filter::{AIR_DELAY, AirState};
@@ -439,10 +439,10 @@ fn not_negative(lanes: F32x8) -> F32x8 {
 #[inline(always)]
 fn sum<L: Lanes>(tile: &Tile, gains: &[Lanes16<L>; BANDS / 2]) -> L {
     let pairs = tile.as_chunks().0;
-    let of = |pair: [F32x8; 2]| Lanes16(L::from_array(pair[0]), L::from_array(pair[1]));
-    let mut sums = of(pairs[0]).mul(gains[0]);
+    let of = |pair: &[F16x8; 2]| Lanes16(L::from_halves(&pair[0]), L::from_halves(&pair[1]));
+    let mut sums = of(&pairs[0]).mul(gains[0]);
     for pair in 1..BANDS / 2 {
-        sums = of(pairs[pair]).mul_add(gains[pair], sums);
+        sums = of(&pairs[pair]).mul_add(gains[pair], sums);
     }
     sums.0.add(sums.1)
 }

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::generation::delay::delay_line::band_index;
+use crate::simd::f16x8::{decoded, encoded};
 
 /// Deterministic distinct values within ±1.
 fn draw(n: usize) -> f32 {
@@ -11,12 +12,18 @@ fn draw(n: usize) -> f32 {
 fn tiles(count: usize) -> Vec<Tile> {
     let tile = |t: usize| {
         std::array::from_fn(|band| {
-            F32x8(std::array::from_fn(|frame| {
-                draw(8 * (8 * t + band) + frame)
+            F16x8(std::array::from_fn(|frame| {
+                encoded(draw(8 * (8 * t + band) + frame))
             }))
         })
     };
     (0..count).map(tile).collect()
+}
+
+fn value(tiles: &[Tile], index: usize, band: usize) -> f64 {
+    f64::from(decoded(
+        tiles[index / TILE][band_index(band)].0[index % TILE],
+    ))
 }
 
 fn gains(to_come: i64) -> RampedGains {
@@ -43,7 +50,7 @@ fn a_mixture_is_the_sum_of_bands_with_gains_constant_after_the_ramp() {
                 .map(|band| {
                     let gain =
                         f64::from(gains.gain.0[band]) - f64::from(gains.growth.0[band]) * left;
-                    gain * f64::from(tiles[index / TILE][band_index(band)].0[index % TILE])
+                    gain * value(&tiles, index, band)
                 })
                 .sum();
             // Seventeen roundings of sums below 8 by the gains and 8 by the ramp of at most 1000 steps of 1e-3.
@@ -108,7 +115,7 @@ fn held_gains_are_those_of_the_middle_of_a_stretch() {
                 .map(|band| {
                     let gain =
                         f64::from(gains.gain.0[band]) - f64::from(gains.growth.0[band]) * left;
-                    gain * f64::from(tiles[index / TILE][band_index(band)].0[index % TILE])
+                    gain * value(&tiles, index, band)
                 })
                 .sum();
             // As of a mixture whose gains grow.

@@ -4,7 +4,8 @@
 
 use core::arch::aarch64::*;
 
-use crate::simd::{F32x8, Lanes};
+use crate::simd::f16x8::MAX;
+use crate::simd::{F16x8, F32x8, Lanes};
 
 /// Eight lanes in two registers of four.
 #[derive(Clone, Copy)]
@@ -120,6 +121,29 @@ impl Lanes for TwoQuads {
     fn store(self, lanes: &mut [f32; 8]) {
         neon!(vst1q_f32(lanes.as_mut_ptr(), self.0));
         neon!(vst1q_f32(lanes[4..].as_mut_ptr(), self.1));
+    }
+
+    #[inline(always)]
+    fn from_halves(halves: &F16x8) -> Self {
+        let bits = neon!(vreinterpretq_f16_u16(vld1q_u16(halves.0.as_ptr())));
+        Self(
+            neon!(vcvt_f32_f16(vget_low_f16(bits))),
+            neon!(vcvt_high_f32_f16(bits)),
+        )
+    }
+
+    #[inline(always)]
+    fn to_halves(self) -> F16x8 {
+        let (low, high) = (Self::splat(-MAX), Self::splat(MAX));
+        let lower = neon!(vminq_f32(vmaxq_f32(self.0, low.0), high.0));
+        let upper = neon!(vminq_f32(vmaxq_f32(self.1, low.1), high.1));
+        let bits = neon!(vcvt_high_f16_f32(vcvt_f16_f32(lower), upper));
+        let mut halves = F16x8::ZERO;
+        neon!(vst1q_u16(
+            halves.0.as_mut_ptr(),
+            vreinterpretq_u16_f16(bits)
+        ));
+        halves
     }
 
     #[inline(always)]

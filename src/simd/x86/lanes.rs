@@ -1,11 +1,12 @@
 //! [`Lanes`] in one AVX2 register.
 //!
 //! `unsafe` because methods of a trait cannot have target features. They are inlined into functions that have them: only
-//! [`kernel!`](macro@crate::simd::kernel) uses this type, with the proof that the machine has AVX2 and FMA.
+//! [`kernel!`](macro@crate::simd::kernel) uses this type, with the proof that the machine has AVX2, FMA and F16C.
 
 use core::arch::x86_64::*;
 
-use crate::simd::{F32x8, Lanes};
+use crate::simd::f16x8::MAX;
+use crate::simd::{F16x8, F32x8, Lanes};
 
 /// Eight lanes.
 #[derive(Clone, Copy)]
@@ -13,8 +14,8 @@ pub(crate) struct Ymm(__m256);
 
 macro_rules! avx2 {
     ($call:expr) => {
-        // SAFETY: loads and stores take references to eight f32 and need no alignment; beyond that the intrinsics need
-        // only AVX2 and FMA, and values of this type exist only in kernels entered with the proof of both.
+        // SAFETY: loads and stores take references to eight numbers and need no alignment; beyond that the intrinsics need
+        // only AVX2, FMA and F16C, and values of this type exist only in kernels entered with the proof of all three.
         unsafe { $call }
     };
 }
@@ -72,6 +73,23 @@ impl Lanes for Ymm {
     #[inline(always)]
     fn store(self, lanes: &mut [f32; 8]) {
         avx2!(_mm256_storeu_ps(lanes.as_mut_ptr(), self.0));
+    }
+
+    #[inline(always)]
+    fn from_halves(halves: &F16x8) -> Self {
+        let bits = avx2!(_mm_loadu_si128(halves.0.as_ptr().cast()));
+        Self(avx2!(_mm256_cvtph_ps(bits)))
+    }
+
+    #[inline(always)]
+    fn to_halves(self) -> F16x8 {
+        let (low, high) = (Self::splat(-MAX), Self::splat(MAX));
+        let limited = avx2!(_mm256_max_ps(self.0, low.0));
+        let limited = avx2!(_mm256_min_ps(limited, high.0));
+        let bits = avx2!(_mm256_cvtps_ph::<_MM_FROUND_TO_NEAREST_INT>(limited));
+        let mut halves = F16x8::ZERO;
+        avx2!(_mm_storeu_si128(halves.0.as_mut_ptr().cast(), bits));
+        halves
     }
 
     #[inline(always)]
