@@ -13,7 +13,7 @@ pub(crate) struct TwoQuads(float32x4_t, float32x4_t);
 
 macro_rules! neon {
     ($call:expr) => {
-        // SAFETY: loads and stores stay within references to eight f32 and need no more alignment than theirs; beyond
+        // SAFETY: loads and stores stay within references to eight numbers and need no more alignment than theirs; beyond
         // that the intrinsics need only NEON, which is part of aarch64 as Rust targets it.
         unsafe { $call }
     };
@@ -125,24 +125,24 @@ impl Lanes for TwoQuads {
 
     #[inline(always)]
     fn from_halves(halves: &F16x8) -> Self {
-        let bits = neon!(vreinterpretq_f16_u16(vld1q_u16(halves.0.as_ptr())));
-        Self(
-            neon!(vcvt_f32_f16(vget_low_f16(bits))),
-            neon!(vcvt_high_f32_f16(bits)),
-        )
+        let bits = neon!(vld1q_u16(halves.0.as_ptr()));
+        let halves = neon!(vreinterpretq_f16_u16(bits));
+        let lower = neon!(vget_low_f16(halves));
+        Self(neon!(vcvt_f32_f16(lower)), neon!(vcvt_high_f32_f16(halves)))
     }
 
     #[inline(always)]
     fn to_halves(self) -> F16x8 {
         let (low, high) = (Self::splat(-MAX), Self::splat(MAX));
-        let lower = neon!(vminq_f32(vmaxq_f32(self.0, low.0), high.0));
-        let upper = neon!(vminq_f32(vmaxq_f32(self.1, low.1), high.1));
-        let bits = neon!(vcvt_high_f16_f32(vcvt_f16_f32(lower), upper));
+        let lower = neon!(vmaxq_f32(self.0, low.0));
+        let upper = neon!(vmaxq_f32(self.1, low.1));
+        let lower = neon!(vminq_f32(lower, high.0));
+        let upper = neon!(vminq_f32(upper, high.1));
+        let lower = neon!(vcvt_f16_f32(lower));
+        let bits = neon!(vcvt_high_f16_f32(lower, upper));
+        let bits = neon!(vreinterpretq_u16_f16(bits));
         let mut halves = F16x8::ZERO;
-        neon!(vst1q_u16(
-            halves.0.as_mut_ptr(),
-            vreinterpretq_u16_f16(bits)
-        ));
+        neon!(vst1q_u16(halves.0.as_mut_ptr(), bits));
         halves
     }
 
