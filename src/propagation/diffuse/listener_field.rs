@@ -151,7 +151,8 @@ impl ListenerField {
         self.patches.clear();
         self.patches.resize(patches, PatchView::default());
         let mut weights = [0.0f32; MAX_PATCHES];
-        for (sample, is_visible) in field.samples.all.iter().zip(&self.is_visible) {
+        let samples = field.samples.all.iter().zip(&self.is_visible);
+        for (index, (sample, is_visible)) in samples.enumerate() {
             let offset = listener - sample.point;
             let square = offset.length_squared();
             let length_m = square.sqrt();
@@ -162,8 +163,7 @@ impl ListenerField {
             let patch = usize::from(sample.patch);
             // A sample is a disc of its area.
             let lifted_m2 = 0.5 * sample.area_m2 / std::f32::consts::PI;
-            let share = sample.area_m2 / field.samples.patch_m2[patch];
-            let by_law = share * lifted_kernel(square, height_m, lifted_m2);
+            let by_law = field.specular.share(index) * lifted_kernel(square, height_m, lifted_m2);
             let leg_m = field.samples.leg_m[patch];
             let factor = field.specular.factor(patch, length_m, leg_m);
             let air = exp_neg(&scene.air_np_per_m().map(|m| 2.0 * m * length_m));

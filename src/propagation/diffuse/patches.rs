@@ -1,8 +1,8 @@
 //! Patches: clusters of samples that see each other.
 //!
-//! Own. Centres lie far from each other and depend on the samples alone, so a patch keeps its index while instances move. A
-//! sample belongs to the nearest centre that it sees, past fixed surfaces and instances; a centre that sees other centres than the
-//! sample does counts as farther. A sample that sees no centre belongs with the nearest sample that it sees. So no patch reaches
+//! Own. Centres lie far from each other, though not where samples are few, and depend on the samples alone, so a patch keeps
+//! its index while instances move. A sample belongs to the nearest centre that it sees, past fixed surfaces and instances; a
+//! centre that sees other centres than the sample does counts as farther. A sample that sees no centre belongs with the nearest sample that it sees. So no patch reaches
 //! through a wall or a shut door. A sample that sees neither, or in a narrow gap, as behind a door leaf, belongs to no patch: the
 //! gap's two ends are in different rooms.
 
@@ -37,9 +37,11 @@ impl SurfaceSamples {
     pub(super) fn choose_centres(&mut self) {
         let count = (self.all.len() / SAMPLES_PER_PATCH).clamp(1, MAX_PATCHES);
         let size = self.patch_size();
+        let is_alone = self.lonely_samples(size);
         let mut nearest = vec![f32::INFINITY; self.all.len()];
         while self.centres.len() < count {
             let far = nearest.iter().enumerate();
+            let far = far.filter(|(index, _)| !is_alone[*index]);
             let far = far.max_by(|(_, a), (_, b)| a.total_cmp(b));
             let Some((far, _)) = far else { return };
             self.centres.push(far);
@@ -50,6 +52,26 @@ impl SurfaceSamples {
                 *nearest = nearest.min(distance(sample, &centre, size) / area_m2);
             }
         }
+    }
+
+    /// Whether samples have fewer others around them than the median one. On open ground a few lie far from each other: with a
+    /// patch each, what rings in a shelter there had two or three. Where samples are even none is alone.
+    fn lonely_samples(&self, size: f32) -> Vec<bool> {
+        if !self.has_gaps {
+            return vec![false; self.all.len()];
+        }
+        let around = |centre: &SurfaceSample| {
+            let is_near = |sample: &&SurfaceSample| {
+                let area_m2 = centre.area_m2.max(sample.area_m2);
+                distance(sample, centre, size) < size * area_m2
+            };
+            self.all.iter().filter(is_near).count()
+        };
+        let counts: Vec<usize> = self.all.iter().map(around).collect();
+        let mut sorted = counts.clone();
+        sorted.sort_unstable();
+        let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0);
+        counts.iter().map(|count| *count < median).collect()
     }
 
     /// Gives every sample to the nearest centre that it sees; centres with another view count as farther.

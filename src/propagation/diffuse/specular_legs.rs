@@ -5,6 +5,9 @@
 //! distance is that by Lambert's law times the share of specular legs that are longer, over the share of rays by Lambert's
 //! law that are. Both shares are means over spans of distance. Few rays by Lambert's law reach the end of a corridor: where they
 //! do not suffice, the share is that of the volume that the patch sees there, by points in the air that lie evenly.
+//!
+//! Not all places of a patch are reached alike: under a roof energy stays that beside it is lost. So a sample has its share of
+//! what leaves its patch, not of the patch's area.
 
 use glam::Vec3;
 
@@ -42,8 +45,9 @@ struct Sums {
     /// By time: lengths in metres within each span of specular legs times their energy, and energy that is heard along them.
     legs: [[f32; SPANS]; TIMES],
     heard: [BandArray; TIMES],
-    /// Energy that is heard of rays that meet nothing.
+    /// Energy that is heard of rays that meet nothing, and of all that leaves.
     missing: [BandArray; TIMES],
+    leaving: [BandArray; TIMES],
     /// Lengths in metres within each span of rays by Lambert's law, their number, and number of those that are longer.
     rays_m: [f32; SPANS],
     rays: f32,
@@ -65,22 +69,46 @@ struct Reach {
     share_open: BandArray,
 }
 
+/// One ray's energy when it leaves a patch.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Departure {
+    pub(crate) patch: usize,
+    /// Index of its sample, if it has one.
+    pub(crate) sample: Option<usize>,
+    /// Time steps since the ray began.
+    pub(crate) steps: f32,
+}
+
+impl Departure {
+    /// Index of its time, unless it is too late.
+    fn time(&self) -> Option<usize> {
+        let time = (self.steps / STEPS_PER_TIME) as usize;
+        (time < TIMES).then_some(time)
+    }
+}
+
 /// The specular legs of a scene's rays.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SpecularLegs {
     /// End of the first span in metres.
     first_m: f32,
     sums: Vec<Sums>,
+    /// Energy in all bands that is heard of each sample, by time.
+    of_samples: Vec<[f32; TIMES]>,
     reach: Vec<Reach>,
+    /// Share of each sample in what leaves its patch.
+    shares: Vec<f32>,
     air: Vec<AirPoint>,
 }
 
 impl SpecularLegs {
     /// Removes all; the first span of distance ends at `first_m` metres.
-    pub(crate) fn begin(&mut self, patches: usize, first_m: f32) {
+    pub(crate) fn begin(&mut self, patches: usize, samples: usize, first_m: f32) {
         self.first_m = first_m;
         self.sums.clear();
         self.sums.resize(patches, Sums::default());
+        self.of_samples.clear();
+        self.of_samples.resize(samples, [0.0; TIMES]);
         self.reach.clear();
         self.air.clear();
     }
@@ -113,20 +141,27 @@ impl SpecularLegs {
         });
     }
 
-    /// Adds a specular leg that leaves a patch some time steps after its ray began, with an energy, of which `heard` is heard along
-    /// the leg; `None` if it meets nothing.
+    /// Adds energy that is heard when it leaves a patch.
+    pub(crate) fn add_leaving(&mut self, at: Departure, heard: &BandArray) {
+        let Some(time) = at.time() else { return };
+        for (sum, heard) in self.sums[at.patch].leaving[time].iter_mut().zip(heard) {
+            *sum += heard;
+        }
+        if let Some(sample) = at.sample {
+            self.of_samples[sample][time] += heard.iter().sum::<f32>();
+        }
+    }
+
+    /// Adds the energy of a specular leg, of which `heard` is heard along the leg; `None` if it meets nothing.
     pub(crate) fn add_leg(
         &mut self,
-        patch: usize,
-        steps: f32,
+        at: Departure,
         length_m: Option<f32>,
         [energy, heard]: [&BandArray; 2],
     ) {
-        let sums = &mut self.sums[patch];
-        let time = (steps / STEPS_PER_TIME) as usize;
-        if time >= TIMES {
-            return;
-        }
+        self.add_leaving(at, heard);
+        let Some(time) = at.time() else { return };
+        let sums = &mut self.sums[at.patch];
         let total = match length_m {
             Some(_) => &mut sums.heard[time],
             None => &mut sums.missing[time],
@@ -169,14 +204,47 @@ impl SpecularLegs {
         self.air.clear();
     }
 
-    /// Computes what is heard of a field that decays with `rates` in nepers of energy per time step, after all has been added;
-    /// `leaving` is the energy heard of a patch in such a field.
-    pub(crate) fn finish(&mut self, rates: &BandArray, leaving: impl Fn(usize) -> BandArray) {
+    /// Computes what is heard of a field that decays with `rates` in nepers of energy per time step, after all has been added.
+    /// `patch_m2` are the areas of the patches in square metres.
+    pub(crate) fn finish(
+        &mut self,
+        rates: &BandArray,
+        samples: &[SurfaceSample],
+        patch_m2: &[f32],
+    ) {
         let first_m = self.first_m;
-        let of_sums =
-            |(patch, sums): (usize, &Sums)| Reach::of(sums, first_m, rates, &leaving(patch));
         self.reach.clear();
-        self.reach.extend(self.sums.iter().enumerate().map(of_sums));
+        let reach = self.sums.iter().map(|sums| Reach::of(sums, first_m, rates));
+        self.reach.extend(reach);
+        let mean_rate = mean(rates);
+        let energy_of = |times: &[f32; TIMES]| -> f32 {
+            let times = times.iter().enumerate();
+            times
+                .map(|(time, sum)| earlier(mean_rate, time) * sum)
+                .sum()
+        };
+        let energies: Vec<f32> = self.of_samples.iter().map(energy_of).collect();
+        let mut totals = vec![0.0; patch_m2.len()];
+        for (sample, energy) in samples.iter().zip(&energies) {
+            if let Some(total) = totals.get_mut(usize::from(sample.patch)) {
+                *total += energy;
+            }
+        }
+        let shares = samples.iter().zip(&energies).map(|(sample, energy)| {
+            let patch = usize::from(sample.patch);
+            match totals.get(patch) {
+                Some(total) if *total > 0.0 => energy / total,
+                Some(_) => sample.area_m2 / patch_m2[patch],
+                None => 0.0,
+            }
+        });
+        self.shares.clear();
+        self.shares.extend(shares);
+    }
+
+    /// Share of a sample in what leaves its patch.
+    pub(crate) fn share(&self, sample: usize) -> f32 {
+        self.shares[sample]
     }
 
     /// What is heard of a patch at a distance, relative to Lambert's law. `leg_m` is the mean leg that the energy of specular
@@ -196,20 +264,29 @@ impl SpecularLegs {
     }
 }
 
+/// How much more energy a field had when what leaves at a time began, for one that decays with a rate.
+fn earlier(rate: f32, time: usize) -> f32 {
+    (rate * (time as f32 + 0.5) * STEPS_PER_TIME).exp()
+}
+
+fn mean(values: &BandArray) -> f32 {
+    values.iter().sum::<f32>() / BANDS as f32
+}
+
 impl Reach {
-    fn of(sums: &Sums, first_m: f32, rates: &BandArray, leaving: &BandArray) -> Self {
+    fn of(sums: &Sums, first_m: f32, rates: &BandArray) -> Self {
         let mut reach = Self::default();
         let (mut legs, mut heard, mut missing) = ([0.0; SPANS], [0.0; BANDS], [0.0; BANDS]);
-        let mean_rate = rates.iter().sum::<f32>() / BANDS as f32;
+        let mut leaving = [0.0; BANDS];
+        let mean_rate = mean(rates);
         for time in 0..TIMES {
-            // What left so long ago has left a field with more energy.
-            let steps = (time as f32 + 0.5) * STEPS_PER_TIME;
-            let more = (mean_rate * steps).exp();
+            let more = earlier(mean_rate, time);
             for (sum, legs) in legs.iter_mut().zip(sums.legs[time]) {
                 *sum += more * legs;
             }
             for b in 0..BANDS {
-                let more = (rates[b] * steps).exp();
+                let more = earlier(rates[b], time);
+                leaving[b] += more * sums.leaving[time][b];
                 heard[b] += more * sums.heard[time][b];
                 missing[b] += more * sums.missing[time][b];
             }
@@ -261,22 +338,29 @@ impl Reach {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::propagation::diffuse::surface_samples::NO_PATCH;
+
+    fn at(steps: f32) -> Departure {
+        Departure {
+            patch: 0,
+            sample: None,
+            steps,
+        }
+    }
 
     /// A patch's specular legs, and its rays by Lambert's law.
     fn legs(lengths_m: &[f32], by_law_m: &[f32]) -> SpecularLegs {
         let mut legs = SpecularLegs::default();
-        legs.begin(1, 2.0);
+        legs.begin(1, 0, 2.0);
         for _ in 0..MIN_RAYS {
             for length_m in by_law_m {
                 legs.add_ray(0, Some(*length_m));
             }
             for length_m in lengths_m {
-                legs.add_leg(0, 0.0, Some(*length_m), [&[1.0; BANDS]; 2]);
+                legs.add_leg(at(0.0), Some(*length_m), [&[1.0; BANDS]; 2]);
             }
         }
-        legs.finish(&[0.0; BANDS], |_| {
-            [(MIN_RAYS as usize * lengths_m.len()) as f32; BANDS]
-        });
+        legs.finish(&[0.0; BANDS], &[], &[1.0]);
         legs
     }
 
@@ -304,13 +388,13 @@ mod tests {
     fn late_legs_count_by_the_energy_of_the_field() {
         let far_share = |rate: f32| {
             let mut legs = SpecularLegs::default();
-            legs.begin(1, 2.0);
+            legs.begin(1, 0, 2.0);
             for _ in 0..MIN_RAYS {
                 legs.add_ray(0, Some(30.0));
-                legs.add_leg(0, 0.0, Some(5.0), [&[1.0; BANDS]; 2]);
-                legs.add_leg(0, 48.0, Some(30.0), [&[0.1; BANDS]; 2]);
+                legs.add_leg(at(0.0), Some(5.0), [&[1.0; BANDS]; 2]);
+                legs.add_leg(at(48.0), Some(30.0), [&[0.1; BANDS]; 2]);
             }
-            legs.finish(&[rate; BANDS], |_| [1e3; BANDS]);
+            legs.finish(&[rate; BANDS], &[], &[1.0]);
             let [near, far] = [0, 5].map(|span| legs.reach[0].along[span]);
             far / near
         };
@@ -319,12 +403,59 @@ mod tests {
         assert!((decaying - 0.5).abs() < 0.1, "{decaying}");
     }
 
+    /// What leaves after the times that are summed once made all that is specular a tenth of a patch's energy in a shelter.
+    #[test]
+    fn late_energy_does_not_change_the_share_of_specular_legs() {
+        let share = |late: bool| {
+            let mut legs = SpecularLegs::default();
+            legs.begin(1, 0, 2.0);
+            for _ in 0..MIN_RAYS {
+                legs.add_ray(0, Some(10.0));
+                legs.add_leg(at(0.0), Some(10.0), [&[1.0; BANDS]; 2]);
+                legs.add_leaving(at(0.0), &[0.5; BANDS]);
+                if late {
+                    legs.add_leaving(at(STEPS_PER_TIME * TIMES as f32), &[9.0; BANDS]);
+                }
+            }
+            legs.finish(&[0.2; BANDS], &[], &[1.0]);
+            legs.reach[0].share_along[0]
+        };
+        assert!((share(false) - 2.0 / 3.0).abs() < 1e-4);
+        assert_eq!(share(true), share(false));
+    }
+
+    /// A sample under a roof, where energy stays, and one beside it, from which as much leaves once.
+    #[test]
+    fn samples_have_their_share_of_what_leaves() {
+        let mut legs = SpecularLegs::default();
+        legs.begin(1, 3, 2.0);
+        let of = |sample, steps| Departure {
+            sample: Some(sample),
+            ..at(steps)
+        };
+        legs.add_leaving(of(0, 0.0), &[1.0; BANDS]);
+        legs.add_leaving(of(1, 0.0), &[1.0; BANDS]);
+        for _ in 0..2 {
+            legs.add_leg(of(0, 0.0), Some(2.0), [&[1.0; BANDS]; 2]);
+        }
+        let sample = |patch| SurfaceSample {
+            patch,
+            ..SurfaceSample::default()
+        };
+        legs.finish(
+            &[0.0; BANDS],
+            &[sample(0), sample(0), sample(NO_PATCH)],
+            &[2.0],
+        );
+        assert_eq!([0, 1, 2].map(|index| legs.share(index)), [0.75, 0.25, 0.0]);
+    }
+
     #[test]
     fn a_patch_without_specular_legs_is_heard_by_lamberts_law() {
         let mut legs = SpecularLegs::default();
-        legs.begin(1, 2.0);
+        legs.begin(1, 0, 2.0);
         legs.add_ray(0, None);
-        legs.finish(&[0.0; BANDS], |_| [1.0; BANDS]);
+        legs.finish(&[0.0; BANDS], &[], &[1.0]);
         assert_eq!(legs.factor(0, 3.0, 4.0), [1.0; BANDS]);
     }
 }

@@ -41,7 +41,7 @@ const PARALLEL: f32 = 0.985;
 const GAP_SPACINGS: f32 = 4.0;
 
 /// One side of a point on a surface.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct SurfaceSample {
     pub(crate) point: Vec3,
     /// Unit normal on its side.
@@ -54,7 +54,7 @@ pub(crate) struct SurfaceSample {
     /// The same point, raised above the surface by [`HEIGHT_M`] at most: nothing is between both.
     pub(crate) raised: Vec3,
     /// Distance in metres along the surface to the nearest obstacle.
-    clear_m: f32,
+    pub(super) clear_m: f32,
     /// Mean length in metres of its probe rays.
     pub(crate) leg_m: f32,
     /// Area in square metres that it stands for.
@@ -85,7 +85,7 @@ pub(crate) struct SurfaceSamples {
     /// Where they are closest.
     pub(crate) focus: Focus,
     /// Whether parts of surfaces have none: what hits them leaves the field.
-    has_gaps: bool,
+    pub(super) has_gaps: bool,
     /// Length in metres that a quarter of their probe rays have at most.
     pub(crate) short_leg_m: f32,
     /// Number of closed spaces without an occupant, whose samples are left out.

@@ -26,7 +26,7 @@ use crate::propagation::diffuse::late_states::LateStates;
 use crate::propagation::diffuse::packed_energy::{PackedBands, pack};
 use crate::propagation::diffuse::patch_exchange::{AirEnergy, collect, course_of_air, respond};
 use crate::propagation::diffuse::slowest_decay::slowest_decay;
-use crate::propagation::diffuse::specular_legs::SpecularLegs;
+use crate::propagation::diffuse::specular_legs::{Departure, SpecularLegs};
 use crate::propagation::diffuse::surface_samples::{NO_PATCH, SurfaceSamples, facing, probe_ray};
 use crate::scene::Scene;
 use crate::simd::LaneSet;
@@ -170,7 +170,7 @@ impl SceneField {
             kept_by_modes: &self.late_states.kept_by_modes(),
             first_legs: &self.first_legs,
         });
-        self.find_reach(scene, sums, rays);
+        self.find_reach(scene, rays);
     }
 
     /// Whether there are closed spaces that had no occupant.
@@ -220,12 +220,14 @@ impl SceneField {
         let patches = self.patches();
         self.first_legs.clear();
         self.first_legs.resize(patches, FirstLegs::default());
-        self.specular.begin(patches, self.step_s * self.speed_m_s);
+        let samples = self.samples.all.len();
+        let first_m = self.step_s * self.speed_m_s;
+        self.specular.begin(patches, samples, first_m);
         DelaySums::new(patches)
     }
 
     /// How far specular energy reaches, after all rays have been traced.
-    fn find_reach(&mut self, scene: &Scene, sums: &DelaySums, rays: &mut u64) {
+    fn find_reach(&mut self, scene: &Scene, rays: &mut u64) {
         let mut of_patches = vec![Vec::new(); self.patches()];
         for sample in self.samples.all.iter().filter(|s| s.patch != NO_PATCH) {
             of_patches[usize::from(sample.patch)].push(*sample);
@@ -238,8 +240,8 @@ impl SceneField {
         let step_s = self.step_s;
         let rate = |time_s: f32| (NEPERS_OF_60_DB as f32 * step_s / time_s).min(FASTEST);
         let rates = self.decays.times_s[0].map(rate);
-        self.specular
-            .finish(&rates, |patch| sums.leaving(patch, &rates));
+        let patch_m2 = &self.samples.patch_m2;
+        self.specular.finish(&rates, &self.samples.all, patch_m2);
     }
 
     /// Traces the rays of a range of samples.
@@ -266,7 +268,7 @@ impl SceneField {
                 let mut share = [of_ray; BANDS];
                 let floor = MIN_SHARE * share[0];
                 let (mut length_m, mut in_air) = (0.0, 0.0);
-                let mut patch = from;
+                let (mut patch, mut last_sample) = (from, Some(index));
                 for order in 0..MAX_ORDER {
                     *rays += 1;
                     let hit = scene.closest_hit(&ray, [last, NO_GROUP]);
@@ -276,7 +278,12 @@ impl SceneField {
                         let factor = self.samples.leg_factor(patch, leg_m);
                         let heard = share.map(|share| share * factor);
                         let steps = length_m / step_m;
-                        self.specular.add_leg(patch, steps, leg_m, [&share, &heard]);
+                        let at = Departure {
+                            patch,
+                            sample: last_sample,
+                            steps,
+                        };
+                        self.specular.add_leg(at, leg_m, [&share, &heard]);
                         let arrival = Arrival {
                             from,
                             to: patch,
@@ -305,6 +312,7 @@ impl SceneField {
                     if found.is_none() && self.samples.is_left_at(point, normal) {
                         break;
                     }
+                    last_sample = found;
                     let found = found.map(|found| &self.samples.all[found]);
                     patch = found.map_or(patch, |found| usize::from(found.patch));
                     let surface = scene.surface(hit.group);
@@ -336,6 +344,12 @@ impl SceneField {
                         steps,
                         in_air,
                     };
+                    let at = Departure {
+                        patch,
+                        sample: last_sample,
+                        steps,
+                    };
+                    self.specular.add_leaving(at, &scattered);
                     if found.is_some() {
                         let ratio = patch_m2 / self.samples.patch_m2[patch];
                         let backwards = std::array::from_fn(|b| ratio * incident[b] * of_start[b]);
@@ -345,6 +359,7 @@ impl SceneField {
                     }
                     if is_last {
                         sums.add(arrival, &share, &share);
+                        self.specular.add_leaving(at, &share);
                     }
                     if let Some(behind) = found.and_then(|found| found.behind) {
                         let factor = scene.transmission_factor(hit.group);
