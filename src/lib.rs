@@ -144,8 +144,8 @@ pub mod paths {
         LateSend, Obstruction, PathKind, WideArrival,
     };
     pub use crate::propagation::{
-        LATE_SEGMENTS, LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathId, PathSet,
-        Propagator, ReflectionEdge, Serial, Workers,
+        EdgeLimits, LATE_SEGMENTS, LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathId,
+        PathSet, Propagator, ReflectionEdge, Serial, Workers,
     };
     pub use crate::runtime::Threads;
     pub use crate::runtime::engine::{FrameNumbers, SourceNumbers};

@@ -4,7 +4,7 @@ mod parts;
 
 use foresound::propagation::diffraction::{DiffractionSequence, MAX_TWO_EDGE_PATHS, direct_field};
 use foresound::propagation::endpoints::Endpoints;
-use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
+use foresound::propagation::{EdgeLimits, Path, PathSet, PropagationSettings, Propagator};
 use foresound::runtime::Threads;
 use foresound::scene::{InstanceId, InstancePose, ListenerPose, Scene, SourcePose, procedural};
 use glam::{DVec3, Quat, Vec2, Vec3};
@@ -42,21 +42,21 @@ fn edges_of(scene: &Scene) -> Vec<u32> {
 /// All paths over two edges, loudest first, by trying every ordered pair of a scene's edges. Beside the visible direct path they
 /// are masked in part, and all fade towards the energy of the loudest one that an update leaves out.
 fn two_edge_paths(scene: &Scene, source: &SourcePose, set: &PathSet) -> Vec<Path> {
-    let (ear, floor) = (&set.listener, floor_of(set, source));
+    let (ear, limits) = (&set.listener, limits_of(set, source));
     let endpoints = Endpoints::of(
         source,
         ear.position,
         f64::from(PropagationSettings::default().min_distance_m),
     );
     let edges = edges_of(scene);
-    let all = edges.iter().copied();
+    let all = edges.iter().map(|edge| (*edge, 1.0));
     let share = direct_field(scene, &endpoints, all, &mut 0, &mut |_| ()).two_edge_share;
     let pairs = edges
         .iter()
         .flat_map(|&a| edges.iter().map(move |&b| [a, b]));
     let path_over = |edges: [u32; 2]| {
         let path = DiffractionSequence::TwoEdges(edges).between(scene, &endpoints)?;
-        let mut audible = path.ranked_path(scene, &endpoints, false, floor)?;
+        let mut audible = path.ranked_path(scene, &endpoints, false, &limits)?;
         audible.amplitude = audible.amplitude.map(|value| value * share);
         let is_heard = share > 0.0 && path.is_unoccluded(scene, &endpoints, &mut 0);
         is_heard.then_some(audible)
@@ -69,11 +69,11 @@ fn two_edge_paths(scene: &Scene, source: &SourcePose, set: &PathSet) -> Vec<Path
     paths
 }
 
-/// [`PathSet::two_edge_floors`] of a source.
-fn floor_of(set: &PathSet, source: &SourcePose) -> f64 {
-    let mut floors = set.two_edge_floors.iter();
-    floors
-        .find(|floor| floor.0 == source.id)
+/// [`PathSet::edge_limits`] of a source.
+fn limits_of(set: &PathSet, source: &SourcePose) -> EdgeLimits {
+    let mut limits = set.edge_limits.iter();
+    limits
+        .find(|limits| limits.0 == source.id)
         .expect("is there")
         .1
 }
@@ -367,8 +367,8 @@ fn a_revalidated_path_equals_the_update_s() {
             let sequence = DiffractionSequence::of(rooms.scene(), path).expect("two edges");
             let revalidated = sequence.between(rooms.scene(), &endpoints).expect("a path");
             assert!(revalidated.is_unoccluded(rooms.scene(), &endpoints, &mut 0));
-            let floor = floor_of(&set, source);
-            let path = revalidated.ranked_path(rooms.scene(), &endpoints, false, floor);
+            let limits = limits_of(&set, source);
+            let path = revalidated.ranked_path(rooms.scene(), &endpoints, false, &limits);
             assert_eq!(path.as_ref(), Some(now));
             followed += 1;
         }

@@ -1,9 +1,9 @@
 //! The direct field in the graphics frames that do not compute its edge waves.
 //!
-//! Audio side; one ray a source. Edge waves in eight bands are most of the cost of a source's direct field, and change little
+//! Audio side; one ray a source, and two for each edge at most. Edge waves in eight bands are most of the cost of a source's direct field, and change little
 //! from one graphics frame to the next. The sources take turns: one frame of [`super::GeometricSettings::exact_every`] computes a
 //! source's field, and the others extrapolate its paths linearly, as long as source and listener move little. The straight path keeps
-//! its exact delay and direction in every frame, and whatever begins or ceases to block it is seen at once.
+//! its exact delay and direction in every frame, and whatever begins or ceases to block it, or an edge, is seen at once.
 
 use glam::Vec3;
 
@@ -60,11 +60,12 @@ impl DirectLines {
     }
 
     /// Appends the paths of the source at `index` to `paths` and returns its field, or `None` if this frame has to compute it.
-    pub(super) fn extrapolate(
+    pub(super) fn extrapolate<E: Iterator<Item = (u32, f64)>>(
         &mut self,
         index: usize,
         endpoints: &Endpoints,
         (scene, listener): (&Scene, &ListenerPose),
+        listed: impl FnOnce() -> E,
         rays: &mut u64,
         paths: &mut Vec<FramePath>,
     ) -> Option<DirectField> {
@@ -84,6 +85,9 @@ impl DirectLines {
         (own.endpoints, own.used) = (*endpoints, frame);
         let is_blocked = is_blocked(scene, endpoints.from, endpoints.to, rays);
         if is_blocked == (own.field.through == [1.0; BANDS]) {
+            return None;
+        }
+        if !own.field.seen.are_seen(scene, endpoints, listed(), rays) {
             return None;
         }
         let first = paths.len();

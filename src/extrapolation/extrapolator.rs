@@ -150,6 +150,8 @@ pub struct Extrapolator {
     pub(super) images: Vec<(SourceId, PointImage)>,
     /// The direct fields that were computed last.
     pub(super) direct_lines: DirectLines,
+    /// Rays that have tested edges of the direct field in the present graphics frame.
+    pub(super) edge_rays: u64,
 }
 
 impl Extrapolator {
@@ -179,6 +181,7 @@ impl Extrapolator {
             mixes: Vec::new(),
             images: Vec::new(),
             direct_lines: DirectLines::default(),
+            edge_rays: 0,
         }
     }
 

@@ -11,13 +11,13 @@ use super::wide_reflections::WideSource;
 use crate::acoustics::BANDS;
 use crate::extrapolation::geometric::{FrameInputs, SourceShadow, extrapolate_late};
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
-use crate::propagation::diffraction::{DirectField, WideField, direct_field, wide_field};
+use crate::propagation::diffraction::{DirectField, WideField, direct_field, listed, wide_field};
 use crate::propagation::diffuse::late_segments;
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::transmission::unoccluded_path;
-use crate::propagation::{LateEnergy, Path};
+use crate::propagation::{EdgeLimits, LateEnergy, Path, PathSet};
 use crate::scene::edges::DiffractingEdges;
-use crate::scene::{ListenerPose, SourceId, SourcePose};
+use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
 const DONE: Progress = Progress {
     rays: 0,
@@ -58,6 +58,7 @@ impl Extrapolator {
             result.paths.clear();
             result.wide.clear();
             result.obstructions.clear();
+            self.edge_rays = 0;
             self.shadows.clear();
             self.mixes.clear();
             self.images.clear();
@@ -73,21 +74,27 @@ impl Extrapolator {
             let (before, mut rays) = (result.paths.len(), 0);
             let endpoints = Endpoints::of(pose, listener.position, self.min_distance_m);
             let (ear, min_distance_m) = (listener.position, endpoints.min_distance_m);
+            let limits = self.edge_limits(index, &endpoints);
             let mix = self.smoother.frame_mix(pose, ear, min_distance_m);
             let scene = self.scenes.current();
             let is_wide = pose.settings.extent.is_wide();
             let at = (scene, listener);
+            let listed_edges = self.direct_edges(&endpoints);
+            let straight_m = straight_m(scene, &endpoints);
+            let edges = || listed(&listed_edges, straight_m, &limits);
             let lines = &mut self.direct_lines;
+            let paths = &mut result.paths;
             let extrapolated = match is_wide {
                 true => None,
-                false => lines.extrapolate(index, &endpoints, at, &mut rays, &mut result.paths),
+                false => lines.extrapolate(index, &endpoints, at, edges, &mut rays, paths),
             };
+            self.edge_rays += rays.saturating_sub(1);
             let is_extrapolated = extrapolated.is_some();
             let (field, wide) = match extrapolated {
                 Some(field) => (field, None),
                 None => {
                     let paths = &mut result.paths;
-                    self.computed_field(&endpoints, listener, &mix, &mut rays, paths)
+                    self.computed_field((&endpoints, edges()), listener, &mix, &mut rays, paths)
                 }
             };
             if !is_extrapolated && !is_wide {
@@ -95,8 +102,7 @@ impl Extrapolator {
                 self.direct_lines
                     .store((index, scene), &endpoints, &field, paths);
             }
-            let floor = self.two_edge_floor(index, pose.id);
-            self.shadows.push(SourceShadow::of(&field, floor));
+            self.shadows.push(SourceShadow::of(&field, limits));
             let hidden_share = match &wide {
                 Some(wide) => 1.0 - wide.visible_share,
                 None => f32::from(u8::from(field.through != [1.0; BANDS])),
@@ -139,14 +145,12 @@ impl Extrapolator {
     /// Computes a source's direct field; a wide source has a field of its points too.
     fn computed_field(
         &self,
-        endpoints: &Endpoints,
+        (endpoints, edges): (&Endpoints, impl Iterator<Item = (u32, f64)> + Clone),
         listener: &ListenerPose,
         mix: &FrameMix,
         rays: &mut u64,
         paths: &mut Vec<FramePath>,
     ) -> (DirectField, Option<WideField>) {
-        let edges = self.direct_edges(endpoints);
-        let edges = edges.as_slice().iter().map(|found| found.edge);
         let scene = self.scenes.current();
         let source = &endpoints.source;
         let mut emit = |path: Path| {
@@ -276,21 +280,26 @@ impl Extrapolator {
         }
     }
 
-    /// [`crate::propagation::PathSet::two_edge_floors`] of the newest update for a source at an index, mostly the same there.
-    fn two_edge_floor(&self, index: usize, id: SourceId) -> f64 {
-        let floors = &self.current.two_edge_floors;
-        let own = |floor: &&(SourceId, f64)| floor.0 == id;
-        let likely = floors.get(index).filter(own);
-        let floor = likely.or_else(|| floors.iter().find(own));
-        floor.map_or(0.0, |floor| floor.1)
+    /// Limits of a source at an index, between those of the last two updates.
+    fn edge_limits(&self, index: usize, endpoints: &Endpoints) -> EdgeLimits {
+        let [Some(newest), before] =
+            [&self.current, &self.previous].map(|update| limits_of(update, index, endpoints))
+        else {
+            return EdgeLimits::default();
+        };
+        before.map_or(newest.0, |before| between(before, newest))
     }
 
-    /// The edges of a source's direct field in the last two updates, shortest detour first: the updates may be for positions
-    /// before and after the present one.
+    /// The edges of a source's direct field in the newest update and in that one of the others whose positions are nearest,
+    /// shortest detour first: the updates may be for positions before and after the present one, and a listener that has turned
+    /// comes back to those of an earlier one.
     fn direct_edges(&self, endpoints: &Endpoints) -> DiffractingEdges {
+        let others = std::iter::once(&self.previous).chain(&self.older);
+        let far_m = |update: &&PathSet| update_distance_m(update, endpoints);
+        let nearest = others.reduce(|a, b| if far_m(&b) < far_m(&a) { b } else { a });
         let edges = self.current.direct_edges.iter();
         let edges = edges
-            .chain(&self.previous.direct_edges)
+            .chain(nearest.into_iter().flat_map(|update| &update.direct_edges))
             .filter(|(id, _)| *id == endpoints.source.id)
             .map(|(_, edge)| *edge);
         let scene = self.scenes.current();
@@ -319,6 +328,7 @@ impl Extrapolator {
                     shadows: &self.shadows,
                     min_distance_m: self.min_distance_m,
                     reflection_edges: &self.current.reflection_edges,
+                    edge_rays: self.edge_rays,
                 };
                 let is_new = self.updates > 0 && self.frames_since_update == 0;
                 let arrived = is_new.then_some((&self.current, &self.prepared));
@@ -413,6 +423,7 @@ impl Extrapolator {
             shadows: &self.shadows,
             min_distance_m: self.min_distance_m,
             reflection_edges: &self.current.reflection_edges,
+            edge_rays: self.edge_rays,
         };
         let (late, groups) = (&mut self.late, &mut self.late_groups);
         let updates = [&self.current, &self.previous].into_iter();
@@ -420,6 +431,58 @@ impl Extrapolator {
             late.push(source);
         })
     }
+}
+
+/// An update's limits of a source, mostly at this index, and how far in metres its positions are from these.
+fn limits_of(update: &PathSet, index: usize, endpoints: &Endpoints) -> Option<(EdgeLimits, f64)> {
+    let id = endpoints.source.id;
+    let own = |limits: &&(SourceId, EdgeLimits)| limits.0 == id;
+    let likely = update.edge_limits.get(index).filter(own);
+    let (_, limits) = likely.or_else(|| update.edge_limits.iter().find(own))?;
+    let is_own = |pose: &&SourcePose| pose.id == id;
+    let likely = update.sources.get(index).filter(is_own);
+    let pose = likely.or_else(|| update.sources.iter().find(is_own))?;
+    let off_m =
+        pose.position.distance(endpoints.from) + update.listener.position.distance(endpoints.to);
+    Some((*limits, f64::from(off_m)))
+}
+
+/// Limits between those of two updates, by the distances from their positions.
+fn between(
+    (before, before_m): (EdgeLimits, f64),
+    (newest, newest_m): (EdgeLimits, f64),
+) -> EdgeLimits {
+    let share = match before_m + newest_m > 0.0 {
+        true => before_m / (before_m + newest_m),
+        false => 1.0,
+    };
+    let mix = |before: f64, newest: f64| match before.is_finite() {
+        true => before + (newest - before) * share,
+        false => newest,
+    };
+    EdgeLimits {
+        two_edge_floor: mix(before.two_edge_floor, newest.two_edge_floor),
+        direct_detour_m: mix(before.direct_detour_m, newest.direct_detour_m),
+        near_detours_m: match (before.near_detours_m, newest.near_detours_m) {
+            (Some(before), Some(newest)) => Some([0, 1].map(|i| mix(before[i], newest[i]))),
+            (before, newest) => newest.or(before),
+        },
+    }
+}
+
+/// How far in metres an update's positions of a source and its listener are from these; infinite without the source.
+fn update_distance_m(update: &PathSet, endpoints: &Endpoints) -> f32 {
+    let own = |pose: &&SourcePose| pose.id == endpoints.source.id;
+    let source = update.sources.iter().find(own);
+    source.map_or(f32::INFINITY, |source| {
+        source.position.distance(endpoints.from) + update.listener.position.distance(endpoints.to)
+    })
+}
+
+fn straight_m(scene: &Scene, endpoints: &Endpoints) -> f64 {
+    scene
+        .to_local(endpoints.from)
+        .distance(scene.to_local(endpoints.to))
 }
 
 /// Whether a source exists and its reflections are on.

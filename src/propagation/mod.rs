@@ -27,7 +27,7 @@ pub use crate::propagation::propagator::Propagator;
 pub use crate::propagation::quality_level::PropagationQuality;
 pub use late_group::{LATE_DIRECTION_VECTORS, LATE_DIRECTIONS, LATE_GROUPS, LateGroup};
 pub use path::{
-    LATE_SEGMENTS, LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathId, PathSet,
+    EdgeLimits, LATE_SEGMENTS, LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathId, PathSet,
     ReflectionEdge,
 };
 pub use settings::PropagationSettings;

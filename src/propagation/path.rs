@@ -62,6 +62,14 @@ impl Path {
         self.order > 0 && self.diffraction_order == 0 && self.surfaces().iter().all(is_panel)
     }
 
+    /// The same path with its amplitude multiplied by a factor.
+    pub(crate) fn scaled(self, factor: f32) -> Self {
+        Self {
+            amplitude: self.amplitude.map(|value| value * factor),
+            ..self
+        }
+    }
+
     /// The indices of its edges from source to listener.
     pub fn edges(&self) -> &[u32] {
         &self.edges[..usize::from(self.diffraction_order).min(MAX_DIFFRACTION_ORDER)]
@@ -98,6 +106,30 @@ impl ReflectionEdge {
     pub(crate) fn is_beside(&self, scene: &Scene, surface: u32) -> bool {
         let named = |surface| scene.naming_surface(surface);
         self.surface().map(named) == Some(named(surface))
+    }
+}
+
+/// Where a source's lists of edges and of paths over them end. Frames have the same limits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EdgeLimits {
+    /// Energy relative to the free field towards which paths over two edges fade: that of the loudest one left out of the list,
+    /// summed over the bands; 0 if none is left out.
+    pub two_edge_floor: f64,
+    /// Longest detour in metres over an edge of the direct field; infinite for a list with room.
+    pub direct_detour_m: f64,
+    /// The same of edges of other paths, and of those that are paired with each other however far apart; `None` if there was no
+    /// search for them, and in a scene with instances.
+    pub near_detours_m: Option<[f64; 2]>,
+}
+
+impl Default for EdgeLimits {
+    /// No limits.
+    fn default() -> Self {
+        Self {
+            two_edge_floor: 0.0,
+            direct_detour_m: f64::INFINITY,
+            near_detours_m: None,
+        }
     }
 }
 
@@ -180,9 +212,8 @@ pub struct PathSet {
     pub direct_edges: Vec<(SourceId, u32)>,
     /// Edges near each source's single reflections, whose waves are part of them, in the order of [`Self::sources`].
     pub reflection_edges: Vec<(SourceId, ReflectionEdge)>,
-    /// Energy relative to the free field towards which each source's paths over two edges fade, in the order of [`Self::sources`]:
-    /// that of the loudest one left out of its list, summed over the bands; 0 if none is left out.
-    pub two_edge_floors: Vec<(SourceId, f64)>,
+    /// Where each source's lists of edges and of paths over them end, in the order of [`Self::sources`].
+    pub edge_limits: Vec<(SourceId, EdgeLimits)>,
     /// Late energy of each source, in the order of [`Self::sources`].
     pub late: Vec<LateEnergy>,
     /// Decay times of the late energy, which depend on the scene only, and the directions from which that of all sources together arrives.

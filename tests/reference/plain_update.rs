@@ -357,8 +357,8 @@ impl PlainPropagator {
         result
             .direct_edges
             .extend(edges.map(|edge| (pose.id, *edge)));
-        let floor = (pose.id, near_edges.two_edge_floor);
-        result.two_edge_floors.push(floor);
+        let limits = (pose.id, near_edges.limits);
+        result.edge_limits.push(limits);
         let edges = || near_edges.reflections.edges();
         let of_source = edges().map(|edge| (pose.id, edge));
         result.reflection_edges.extend(of_source);

@@ -160,6 +160,7 @@ impl Candidate {
         inputs: &FrameInputs<'_>,
         sources: &FrameSources,
         (frame, every): (u64, u32),
+        arena: &mut GeometryArena,
     ) -> Option<FrameGeometry> {
         let source = sources.get(line.source())?;
         if !line.spans(frame, every.into(), source.reach) || !source.is_finite {
@@ -171,26 +172,16 @@ impl Candidate {
         if state.is_reflection {
             return Some(FrameGeometry::ExtrapolatedReflection);
         }
-        let continues = match &self.geometry {
-            PathGeometry::Diffraction(sequence) => {
-                let is_masked = source.shadow.share(sequence) == 0.0;
-                !is_masked && Self::stays(sequence, line, inputs, source)
-            }
-            _ => true,
+        let PathGeometry::Diffraction(sequence) = &self.geometry else {
+            return Some(FrameGeometry::Extrapolated);
         };
-        continues.then_some(FrameGeometry::Extrapolated)
-    }
-
-    /// Whether a diffracted path exists and its waves are on the same sides of their boundaries as in its last evaluation: a wave
-    /// that has changed its sign is not on the line through what it was.
-    fn stays(
-        sequence: &DiffractionSequence,
-        line: &PathLine,
-        inputs: &FrameInputs<'_>,
-        source: &FrameSource,
-    ) -> bool {
+        if source.shadow.share(sequence) == 0.0 {
+            return None;
+        }
+        // A wave that has changed its sign is not on the line through what it was.
         let path = sequence.between(inputs.scene, &source.endpoints);
-        path.is_some_and(|path| path.sides(inputs.scene) == line.sides())
+        let path = path.filter(|path| path.sides(inputs.scene) == line.sides())?;
+        Some(arena.push_extrapolated(path))
     }
 
     /// The line through the path of a frame that has evaluated it, with the sides of its waves, and the evaluation before.
@@ -270,6 +261,7 @@ impl Candidate {
             | FrameGeometry::Invalid
             | FrameGeometry::Unfolded
             | FrameGeometry::ExtrapolatedReflection
+            | FrameGeometry::ExtrapolatedDiffraction(_)
             | FrameGeometry::Extrapolated => None,
             FrameGeometry::Held(index) => Some(*arena.path(index)),
             FrameGeometry::Image(index) => {
@@ -282,8 +274,8 @@ impl Candidate {
                 let diffracted = arena.diffracted(index);
                 let shadow = &source.shadow;
                 let is_lit = !shadow.is_occluded;
-                let (scene, floor) = (inputs.scene, shadow.two_edge_floor);
-                let mut path = diffracted.ranked_path(scene, &source.endpoints, is_lit, floor)?;
+                let (scene, limits) = (inputs.scene, &shadow.limits);
+                let mut path = diffracted.ranked_path(scene, &source.endpoints, is_lit, limits)?;
                 if let PathGeometry::Diffraction(sequence) = &self.geometry {
                     let share = shadow.share(sequence);
                     path.amplitude = path.amplitude.map(|value| value * share);

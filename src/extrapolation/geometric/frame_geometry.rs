@@ -19,6 +19,8 @@ pub(crate) enum FrameGeometry {
     Held(u32),
     /// A reflected path extrapolated along its line: a visibility test computes its points.
     ExtrapolatedReflection,
+    /// A diffracted path extrapolated along its line.
+    ExtrapolatedDiffraction(u32),
     /// Another path extrapolated along its line.
     Extrapolated,
     /// The points of a reflected path, in [`GeometryArena::unfolded`].
@@ -35,7 +37,7 @@ impl FrameGeometry {
         match self {
             Self::Unevaluated => 0,
             Self::ExtrapolatedReflection => cost::CONTINUED,
-            Self::Extrapolated => cost::EXTRAPOLATED,
+            Self::ExtrapolatedDiffraction(_) | Self::Extrapolated => cost::EXTRAPOLATED,
             Self::Diffracted(_) => cost::DIFFRACTED,
             Self::Held(_) => cost::CURVED,
             Self::Invalid | Self::Unfolded | Self::Image(_) => cost::UNFOLDED,
@@ -44,13 +46,20 @@ impl FrameGeometry {
 
     /// Whether the path is extrapolated along its line.
     pub(crate) fn is_extrapolated(self) -> bool {
-        matches!(self, Self::Extrapolated | Self::ExtrapolatedReflection)
+        matches!(
+            self,
+            Self::Extrapolated | Self::ExtrapolatedReflection | Self::ExtrapolatedDiffraction(_)
+        )
     }
 
     /// Whether visibility rays can be cast along it.
     pub(crate) fn is_testable(self) -> bool {
         let has_points = matches!(self, Self::Unfolded | Self::Image(_) | Self::Diffracted(_));
-        has_points || self == Self::ExtrapolatedReflection
+        has_points
+            || matches!(
+                self,
+                Self::ExtrapolatedReflection | Self::ExtrapolatedDiffraction(_)
+            )
     }
 }
 
@@ -95,6 +104,11 @@ impl GeometryArena {
     pub(crate) fn push_diffracted(&mut self, path: DiffractionPath) -> FrameGeometry {
         self.diffracted.push(path);
         FrameGeometry::Diffracted(self.diffracted.len() as u32 - 1)
+    }
+
+    pub(crate) fn push_extrapolated(&mut self, path: DiffractionPath) -> FrameGeometry {
+        self.diffracted.push(path);
+        FrameGeometry::ExtrapolatedDiffraction(self.diffracted.len() as u32 - 1)
     }
 
     /// The path of [`FrameGeometry::Held`].

@@ -70,6 +70,8 @@ pub(crate) struct FrameInputs<'a> {
     pub(crate) min_distance_m: f64,
     /// [`PathSet::reflection_edges`] of the newest update.
     pub(crate) reflection_edges: &'a [(SourceId, ReflectionEdge)],
+    /// Rays that have tested edges of the direct field in this frame.
+    pub(crate) edge_rays: u64,
 }
 
 impl FrameInputs<'_> {
@@ -199,7 +201,10 @@ impl GeometricPredictor {
             self.evaluate(inputs, budget);
             if !budget.is_spent() {
                 let count = inputs.sources.len();
-                let rays = self.effort.rays(self.settings.rays(count));
+                // What edges have had is not there for paths, of which half of the rays find nearly all.
+                let whole = self.settings.rays(count);
+                let left = whole.saturating_sub(inputs.edge_rays).max(whole / 2);
+                let rays = self.effort.rays(left);
                 let states = &self.set.states;
                 let rays = (rays, self.is_elsewhere);
                 self.scheduler
@@ -290,7 +295,7 @@ impl GeometricPredictor {
                 .as_ref()
                 .filter(|_| !(has_exact_points && state.is_reflection));
             let extrapolated = line.and_then(|line| {
-                candidate.extrapolated((state, line), inputs, &self.sources, turn)
+                candidate.extrapolated((state, line), inputs, &self.sources, turn, &mut self.arena)
             });
             let mut geometry = extrapolated.unwrap_or_else(|| {
                 let source = self.sources.get(candidate.source);

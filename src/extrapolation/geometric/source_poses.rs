@@ -5,9 +5,9 @@ use glam::{DVec3, Vec3};
 use crate::extrapolation::frame::{FramePath, PathKind, allows};
 use crate::extrapolation::geometric::FrameInputs;
 use crate::extrapolation::line_extrapolation::ExtrapolationReach;
-use crate::propagation::ReflectionEdge;
 use crate::propagation::diffraction::{DiffractionSequence, DirectField};
 use crate::propagation::endpoints::Endpoints;
+use crate::propagation::{EdgeLimits, ReflectionEdge};
 use crate::scene::{SourceId, SourcePose};
 
 /// Whether other paths than the direct one are masked by it.
@@ -17,17 +17,17 @@ pub(crate) struct SourceShadow {
     pub(crate) is_occluded: bool,
     /// [`DirectField::two_edge_share`].
     two_edge_share: f32,
-    /// [`crate::propagation::PathSet::two_edge_floors`] of the newest update.
-    pub(crate) two_edge_floor: f64,
+    /// Of the last updates.
+    pub(crate) limits: EdgeLimits,
 }
 
 impl SourceShadow {
-    /// That of a source's direct field, and of the newest update.
-    pub(crate) fn of(field: &DirectField, two_edge_floor: f64) -> Self {
+    /// That of a source's direct field, and of the last updates.
+    pub(crate) fn of(field: &DirectField, limits: EdgeLimits) -> Self {
         Self {
             is_occluded: !field.visible,
             two_edge_share: field.two_edge_share,
-            two_edge_floor,
+            limits,
         }
     }
 

@@ -199,7 +199,9 @@ fn max_rays(geometry: FrameGeometry, arena: &GeometryArena) -> u64 {
     match geometry {
         FrameGeometry::Unfolded => arena.unfolded.legs().order as u64 + 1,
         FrameGeometry::Image(index) => arena.image(index).order as u64 + 1,
-        FrameGeometry::Diffracted(_) => revalidate::MAX_RAYS,
+        FrameGeometry::Diffracted(_) | FrameGeometry::ExtrapolatedDiffraction(_) => {
+            revalidate::MAX_RAYS
+        }
         _ => 0,
     }
 }
@@ -215,7 +217,7 @@ fn is_unoccluded(
     let path = match geometry {
         FrameGeometry::Unfolded => arena.unfolded.legs(),
         FrameGeometry::Image(index) => arena.image(index),
-        FrameGeometry::Diffracted(index) => {
+        FrameGeometry::Diffracted(index) | FrameGeometry::ExtrapolatedDiffraction(index) => {
             let path = arena.diffracted(index);
             return path.is_unoccluded(scene, &source.endpoints, rays);
         }

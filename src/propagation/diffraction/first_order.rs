@@ -19,7 +19,7 @@ use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::Path;
 use crate::propagation::transmission::{direct_path, direct_path_of};
 use crate::scene::Scene;
-use crate::scene::edges::EdgeCrossing;
+use crate::scene::edges::{EdgeCrossing, MAX_DIFFRACTING_EDGES};
 
 /// Most edges of one source's direct field. Of so many the quietest is silent (`rank_weight`).
 pub const MAX_DIRECT_EDGES: usize = 8;
@@ -63,6 +63,55 @@ impl DirectEdges {
     }
 }
 
+/// Most edges of a list that are visible from both ends.
+const MAX_SEEN_EDGES: usize = MAX_DIFFRACTING_EDGES;
+
+/// The edges of a list that are visible from both ends, in its order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SeenEdges {
+    edges: [u32; MAX_SEEN_EDGES],
+    count: usize,
+}
+
+impl SeenEdges {
+    const NONE: Self = Self {
+        edges: [0; MAX_SEEN_EDGES],
+        count: 0,
+    };
+
+    /// Indices of the edges.
+    pub fn as_slice(&self) -> &[u32] {
+        &self.edges[..self.count]
+    }
+
+    fn push(&mut self, edge: u32) {
+        if let Some(free) = self.edges.get_mut(self.count) {
+            *free = edge;
+            self.count += 1;
+        }
+    }
+
+    /// Whether these are the edges of another list that are visible from both ends now. Adds the rays cast to `rays`.
+    pub fn are_seen(
+        &self,
+        scene: &Scene,
+        endpoints: &Endpoints,
+        listed: impl Iterator<Item = (u32, f64)>,
+        rays: &mut u64,
+    ) -> bool {
+        let mut seen = 0;
+        for (edge, share) in listed {
+            let is_old = self.as_slice().contains(&edge);
+            let is_new = share > 0.0 && sees_edge(scene, endpoints, edge, rays);
+            if is_new != is_old {
+                return false;
+            }
+            seen += usize::from(is_new);
+        }
+        seen == self.count
+    }
+}
+
 /// `WedgeAngles::sides` of the paths over edges, in their order. While they stay, waves change steadily with the positions of
 /// source and listener.
 pub fn boundary_sides(
@@ -88,6 +137,8 @@ pub struct DirectField {
     pub visible: bool,
     /// Edges visible from both ends with a wave above [`MIN_RELATIVE_AMPLITUDE`].
     pub edges: DirectEdges,
+    /// The edges of the list that are visible from both ends.
+    pub seen: SeenEdges,
     /// Edge waves that were computed: most of the cost.
     pub waves: usize,
     /// Pressure factor of what is on the straight line per band: 1 where nothing is, 0 where it is opaque or the source's
@@ -104,6 +155,7 @@ impl Default for DirectField {
         Self {
             visible: true,
             edges: DirectEdges::default(),
+            seen: SeenEdges::NONE,
             waves: 0,
             through: [1.0; BANDS],
             two_edge_share: 0.0,
@@ -134,11 +186,11 @@ struct FirstOrderField {
 }
 
 impl FirstOrderPath {
-    fn over(scene: &Scene, endpoints: &Endpoints, edge: u32) -> Option<Self> {
+    fn over(scene: &Scene, endpoints: &Endpoints, (edge, share): (u32, f64)) -> Option<Self> {
         let (from, to) = local_positions(scene, endpoints);
         let crossing = scene.edge(edge).crossing(from, to)?;
         let detour_m = (crossing.length_m() - from.distance(to)).max(0.0);
-        let fade = fade_out(scene, detour_m);
+        let fade = fade_out(scene, detour_m) * share;
         (fade > 0.0).then_some(Self {
             edge,
             crossing,
@@ -171,6 +223,20 @@ impl FirstOrderPath {
             path: self,
         }
     }
+}
+
+/// Whether nothing occludes the path over an edge that [`FirstOrderPath::over`] would find: without its angles.
+fn sees_edge(scene: &Scene, endpoints: &Endpoints, edge: u32, rays: &mut u64) -> bool {
+    let (from, to) = local_positions(scene, endpoints);
+    let edge = scene.edge(edge);
+    let Some(along_m) = edge.clamped(edge.apex_m(from, to)) else {
+        return false;
+    };
+    let apex = edge.at(along_m);
+    let detour_m = from.distance(apex) + apex.distance(to) - from.distance(to);
+    let sight_point = edge_wave::sight_point(&edge, apex, edge.outward());
+    let mut sees = |end| is_unoccluded(scene, end, sight_point, edge.faces, rays);
+    fade_out(scene, detour_m) > 0.0 && sees(to) && sees(from)
 }
 
 /// Share of the incident part that is added to a visible straight path, by the phase of the detour in radians.
@@ -293,7 +359,7 @@ fn along_faces(
     [found.next(), found.next()]
 }
 
-/// Emits the straight path, direct or transmitted, and the paths over one of `edges`. The edges come in the order of the
+/// Emits the straight path, direct or transmitted, and the paths over one of `edges`, each with its share of the wave. The edges come in the order of the
 /// paths' lengths; the loudest [`MAX_DIRECT_EDGES`] that are visible from both ends and audible count. Adds the rays cast
 /// to `rays`.
 ///
@@ -302,7 +368,7 @@ fn along_faces(
 pub fn direct_field(
     scene: &Scene,
     endpoints: &Endpoints,
-    edges: impl Iterator<Item = u32>,
+    edges: impl Iterator<Item = (u32, f64)>,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
 ) -> DirectField {
@@ -345,14 +411,15 @@ pub fn direct_field(
     let mut loudest: Option<Loudest> = None;
     let masked_m = MASKED_DETOUR_M * scene.length_scale();
     let mut nearest = (f64::INFINITY, u32::MAX);
-    for edge in edges {
-        let Some(path) = FirstOrderPath::over(scene, endpoints, edge) else {
+    for (edge, share) in edges {
+        let Some(path) = FirstOrderPath::over(scene, endpoints, (edge, share)) else {
             continue;
         };
         // Two rays cost less than the field in eight bands.
         if !path.is_unoccluded(scene, endpoints, rays) {
             continue;
         }
+        result.seen.push(edge);
         let spreading = spreading(straight_m, path.crossing.length_m(), min_distance_m);
         let field = path.field(scene, endpoints, result.visible);
         result.waves += 1;

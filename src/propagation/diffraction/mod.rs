@@ -25,6 +25,7 @@ pub mod edge_wave;
 pub mod first_order;
 pub mod lit_reflection;
 pub mod moving_edge_pairs;
+mod near_list;
 mod ranked_list;
 pub mod reflection_edges;
 pub mod revalidate;
@@ -39,7 +40,7 @@ pub mod wide_source;
 pub mod with_reflections;
 
 pub use crate::propagation::diffraction::first_order::{
-    DirectEdges, DirectField, MAX_DIRECT_EDGES, boundary_sides, direct_field,
+    DirectEdges, DirectField, MAX_DIRECT_EDGES, SeenEdges, boundary_sides, direct_field,
 };
 pub use crate::propagation::diffraction::lit_reflection::{path_in_shadow, reflection_gain};
 pub use crate::propagation::diffraction::reflection_edges::{
@@ -52,10 +53,12 @@ pub use crate::propagation::diffraction::wide_source::{
 };
 
 use crate::acoustics::smoothstep;
+use crate::propagation::diffraction::near_list::list_share;
+use crate::propagation::diffraction::second_order::MAX_PAIRED_APART;
 use crate::propagation::endpoints::Endpoints;
-use crate::propagation::path::Path;
+use crate::propagation::path::{EdgeLimits, Path};
 use crate::scene::Scene;
-use crate::scene::edges::DiffractingEdges;
+use crate::scene::edges::{DiffractingEdges, MAX_DIFFRACTING_EDGES};
 
 /// Longest detour over an edge in metres, times `Scene::length_scale`: 36 wavelengths at 1 kHz, where less than 5 % of the
 /// wave is left behind a screen. Paths fade out over the last quarter of it.
@@ -71,8 +74,8 @@ pub struct NearEdges {
     pub direct: DirectEdges,
     /// Edges near single reflections.
     pub reflections: ReflectionEdges,
-    /// Energy relative to the free field towards which paths over two edges fade: that of the loudest one left out of the list.
-    pub two_edge_floor: f64,
+    /// Where the lists end.
+    pub limits: EdgeLimits,
 }
 
 /// What a source's last search found, which shortens the next one and does not change its result.
@@ -109,7 +112,12 @@ pub fn update(
         0 => DiffractingEdges::default(),
         _ => scene.diffracting_edges(&last.line, from, to, longest_m),
     };
-    let listed = last.line.as_slice().iter().map(|found| found.edge);
+    let straight_m = from.distance(to);
+    let limits = EdgeLimits {
+        direct_detour_m: last.line.limit_m(MAX_DIFFRACTING_EDGES) - straight_m,
+        ..EdgeLimits::default()
+    };
+    let listed = listed(&last.line, straight_m, &limits);
     let DirectField {
         visible,
         edges,
@@ -118,6 +126,7 @@ pub fn update(
     } = sized_field(scene, endpoints, listed, rays, emit);
     let mut result = NearEdges {
         direct: edges,
+        limits,
         ..NearEdges::default()
     };
     if diffraction_order == 0 {
@@ -127,24 +136,35 @@ pub fn update(
         let edges = edges.as_slice().iter().copied();
         let known = &mut last.reflected;
         result.reflections =
-            with_reflections::find(scene, endpoints, edges, true, known, rays, emit);
+            with_reflections::find(scene, endpoints, edges, None, known, rays, emit);
     }
     let has_two_edges = diffraction_order > 1 && two_edge_share > 0.0;
     if visible && !has_two_edges {
         return result;
     }
     let near = scene.outer_crossings(from, to, longest_m);
+    let detours_m =
+        [MAX_DIFFRACTING_EDGES, MAX_PAIRED_APART].map(|most| near.limit_m(most) - straight_m);
+    // Pairs between rigid bodies have other lists.
+    result.limits.near_detours_m = (!scene.has_instances()).then_some(detours_m);
     if !visible && effects.reflections {
         let edges = near.as_slice().iter().map(|found| found.edge);
         let known = &mut last.reflected;
-        result.reflections =
-            with_reflections::find(scene, endpoints, edges, false, known, rays, emit);
-    }
-    if has_two_edges {
-        result.two_edge_floor = second_order::find(
+        result.reflections = with_reflections::find(
             scene,
             endpoints,
-            (&near, &result.direct),
+            edges,
+            Some(&result.limits),
+            known,
+            rays,
+            emit,
+        );
+    }
+    if has_two_edges {
+        result.limits.two_edge_floor = second_order::find(
+            scene,
+            endpoints,
+            (&near, &result.direct, &result.limits),
             &mut last.pairs,
             rays,
             &mut |mut path| {
@@ -154,6 +174,22 @@ pub fn update(
         );
     }
     result
+}
+
+/// The edges of a list of those near the straight line, and the share of the wave over each in the direct field.
+pub fn listed<'a>(
+    near: &'a DiffractingEdges,
+    straight_m: f64,
+    limits: &EdgeLimits,
+) -> impl Iterator<Item = (u32, f64)> + Clone + use<'a> {
+    let longest_m = limits.direct_detour_m;
+    let found = near.as_slice().iter();
+    found.map(move |found| {
+        (
+            found.edge,
+            list_share(found.length_m - straight_m, longest_m),
+        )
+    })
 }
 
 /// Amplitude factor of a detour: 1 up to ¾ of [`MAX_DETOUR_M`], then smoothly down to 0.

@@ -3,12 +3,13 @@
 //! Extrapolation recomputes diffracted paths between updates. Geometry, wave and visibility rays are those of the update, so
 //! a path at rest has the same bits.
 
-use crate::propagation::diffraction::second_order;
+use crate::propagation::diffraction::edge_wave::local_positions;
 use crate::propagation::diffraction::two_edge_path::TwoEdgePath;
 use crate::propagation::diffraction::with_reflections::ReflectedEdgePath;
+use crate::propagation::diffraction::{near_list, second_order};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::{Interaction, interaction_path_id};
-use crate::propagation::path::Path;
+use crate::propagation::path::{EdgeLimits, Path};
 use crate::scene::Scene;
 
 /// Most rays that [`DiffractionPath::is_unoccluded`] casts.
@@ -95,23 +96,32 @@ impl DiffractionPath {
     /// The path, if audible ([`crate::propagation::diffraction::MIN_RELATIVE_AMPLITUDE`]). `is_lit` is whether the direct
     /// path is visible. Occlusion is not tested.
     pub fn path(&self, scene: &Scene, endpoints: &Endpoints, is_lit: bool) -> Option<Path> {
-        self.ranked_path(scene, endpoints, is_lit, 0.0)
+        self.ranked_path(scene, endpoints, is_lit, &EdgeLimits::default())
     }
 
-    /// The same, where a path over two edges has its weight in an update's list: `two_edge_floor` is
-    /// [`super::NearEdges::two_edge_floor`].
+    /// The same with its weight in an update's lists, which end at `limits`.
     pub fn ranked_path(
         &self,
         scene: &Scene,
         endpoints: &Endpoints,
         is_lit: bool,
-        two_edge_floor: f64,
+        limits: &EdgeLimits,
     ) -> Option<Path> {
+        let (from, to) = local_positions(scene, endpoints);
         match self {
-            Self::Reflected(path) => path.path(scene, endpoints, is_lit),
-            Self::TwoEdges(path) => path
-                .path(scene, endpoints)
-                .map(|path| second_order::ranked(path, two_edge_floor)),
+            // In the light its edges are those of the direct field.
+            Self::Reflected(path) if is_lit => path.path(scene, endpoints, true),
+            Self::Reflected(path) => {
+                let share = near_list::reflected_share(scene, path.edge(), [from, to], limits);
+                let path = path.path(scene, endpoints, false)?;
+                (share > 0.0).then(|| path.scaled(share as f32))
+            }
+            Self::TwoEdges(path) => {
+                let share = near_list::two_edge_share(scene, path.edges(), [from, to], limits);
+                let (path, energy) = path.path(scene, endpoints)?;
+                let listed = (path.scaled(share as f32), energy * share * share);
+                (share > 0.0).then(|| second_order::ranked(listed, limits.two_edge_floor))
+            }
         }
     }
 

@@ -4,13 +4,14 @@ use glam::DVec3;
 
 use crate::propagation::diffraction::edge_wave::local_positions;
 use crate::propagation::diffraction::first_order::DirectEdges;
+use crate::propagation::diffraction::near_list::{nearest_point, two_edge_share};
 use crate::propagation::diffraction::ranked_list::{insert_ranked, rank_weight};
 use crate::propagation::diffraction::two_edge_path::{
     TwoEdgePath, bound_narrow_face, insert_shortest, meet_at_corner,
 };
 use crate::propagation::diffraction::{MAX_DETOUR_M, moving_edge_pairs};
 use crate::propagation::endpoints::Endpoints;
-use crate::propagation::path::Path;
+use crate::propagation::path::{EdgeLimits, Path};
 use crate::scene::Scene;
 use crate::scene::edges::{DiffractingEdges, Edge, REACH_M};
 
@@ -24,7 +25,7 @@ const MAX_TESTED: usize = 32;
 const MAX_TESTED_APART: usize = 12;
 
 /// Near edges that are paired with each other for these, shortest path first.
-const MAX_PAIRED_APART: usize = 16;
+pub(super) const MAX_PAIRED_APART: usize = 16;
 
 /// Relative error of the lengths by which near edges are ranked, far above it: they exceed those of their paths by a millionth at
 /// corners.
@@ -87,7 +88,7 @@ struct Search<'a> {
 pub fn find(
     scene: &Scene,
     endpoints: &Endpoints,
-    (near, direct): (&DiffractingEdges, &DirectEdges),
+    (near, direct, limits): (&DiffractingEdges, &DirectEdges, &EdgeLimits),
     known: &mut KnownPairs,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
@@ -111,10 +112,15 @@ pub fn find(
         .then(|| moving_edge_pairs::shortest(scene, endpoints));
     let mut loudest: [Option<(Path, f64)>; MAX_TWO_EDGE_PATHS] = [None; MAX_TWO_EDGE_PATHS];
     let mut floor: f64 = 0.0;
+    let listed = |candidate: &TwoEdgePath| {
+        let share = two_edge_share(scene, candidate.edges(), [from, to], limits);
+        let (path, energy) = candidate.path(scene, endpoints)?;
+        (share > 0.0).then(|| (path.scaled(share as f32), energy * share * share))
+    };
     let candidates = shortest.iter().chain(&apart);
     for candidate in candidates.chain(moving.iter().flatten()).flatten() {
         if candidate.is_unoccluded(scene, endpoints, rays)
-            && let Some(path) = candidate.path(scene, endpoints)
+            && let Some(path) = listed(candidate)
             && let Some((_, energy)) = insert_ranked(&mut loudest, path, |old| old.1 >= path.1)
         {
             floor = floor.max(energy);
@@ -278,11 +284,6 @@ struct NearEdge {
     index: u32,
     edge: Edge,
     along_m: f64,
-}
-
-/// The point of an edge over which the path between two points is the shortest.
-fn nearest_point(edge: &Edge, from: DVec3, to: DVec3) -> DVec3 {
-    edge.at(edge.apex_m(from, to).clamp(0.0, edge.length_m))
 }
 
 /// Length in metres up to which a path is among the shortest: any while there is room.

@@ -213,7 +213,7 @@ struct PointField {
 fn point_field(
     scene: &Scene,
     endpoints: &Endpoints,
-    edges: impl Iterator<Item = u32>,
+    edges: impl Iterator<Item = (u32, f64)>,
     rays: &mut u64,
 ) -> PointField {
     let (mut straight, mut found, mut count) = (None, [const { None }; MAX_DIRECT_EDGES], 0);
@@ -240,7 +240,7 @@ fn point_field(
 pub fn wide_field(
     scene: &Scene,
     endpoints: &Endpoints,
-    edges: impl Iterator<Item = u32> + Clone,
+    edges: impl Iterator<Item = (u32, f64)> + Clone,
     transmission: f32,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
@@ -377,7 +377,7 @@ pub fn wide_field(
 pub fn sized_field(
     scene: &Scene,
     endpoints: &Endpoints,
-    edges: impl Iterator<Item = u32> + Clone,
+    edges: impl Iterator<Item = (u32, f64)> + Clone,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
 ) -> DirectField {

@@ -12,6 +12,7 @@ use crate::acoustics::{BandArray, smoothstep};
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::diffraction::complex::ComplexBands;
 use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
+use crate::propagation::diffraction::near_list::reflected_share;
 use crate::propagation::diffraction::ranked_list::insert_ranked;
 use crate::propagation::diffraction::reflection_edges::{
     MAX_REFLECTED_EDGE_PATHS, ReflectionEdges,
@@ -21,7 +22,7 @@ use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::image_path::turning_point;
 use crate::propagation::image_source::sequence::Interaction;
-use crate::propagation::path::{Path, ReflectionEdge};
+use crate::propagation::path::{EdgeLimits, Path, ReflectionEdge};
 use crate::scene::Scene;
 use crate::scene::edges::{Edge, EdgeCrossing, EdgeEnd, MOST_EDGE_MIRRORS};
 
@@ -117,18 +118,19 @@ fn are_tried(mirrors: &[u32], surfaces: [Option<u32>; 2], search: Search) -> boo
 }
 
 /// Emits the paths over one of `edges` with two reflections and returns those with one, [`MAX_REFLECTED_EDGE_PATHS`] at
-/// most together. `is_lit` is whether the direct path is visible. Adds the rays cast to `rays`. `known` holds the candidates of an
+/// most together. `limits` are where the list of edges ends; `None` if the direct path is visible and the edges are its own. Adds the rays cast to `rays`. `known` holds the candidates of an
 /// earlier call and is renewed; it shortens the search and does not change the result.
 pub fn find(
     scene: &Scene,
     endpoints: &Endpoints,
     edges: impl Iterator<Item = u32> + Clone,
-    is_lit: bool,
+    limits: Option<&EdgeLimits>,
     known: &mut KnownCandidates,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
 ) -> ReflectionEdges {
     let (from, to) = local_positions(scene, endpoints);
+    let is_lit = limits.is_none();
     let least_gain = match is_lit {
         true => MASKED_GAIN,
         false => MIN_RANKING_GAIN,
@@ -180,9 +182,13 @@ pub fn find(
                 return None;
             }
             // Where the direct path is visible, most reflections are too, and their paths are not needed.
-            let path = match is_lit {
-                true => None,
-                false => Some(path.path(scene, endpoints, false)?),
+            let path = match limits {
+                None => None,
+                Some(limits) => {
+                    let share = reflected_share(scene, edge, [from, to], limits);
+                    let path = path.path(scene, endpoints, false)?;
+                    Some((share > 0.0).then(|| path.scaled(share as f32))?)
+                }
             };
             Some((ReflectionEdge { edge, surfaces }, path))
         })
@@ -427,6 +433,11 @@ impl ReflectedEdgePath {
         let straight_m = self.ends[0].real.distance(self.ends[1].real);
         let spreading = straight_m.max(endpoints.min_distance_m) / self.crossing.length_m();
         edge_wave::is_audible(&gains, spreading).then(|| self.to_path(scene, endpoints, &gains))
+    }
+
+    /// The edge.
+    pub(super) fn edge(&self) -> u32 {
+        self.edge
     }
 
     /// [`WedgeAngles::sides`] at the edge.

@@ -18,8 +18,8 @@ impl Propagator {
         result.reflection_edges.clear();
         let most = tasks.len() * MAX_REFLECTED_EDGE_PATHS;
         result.reflection_edges.reserve(most);
-        result.two_edge_floors.clear();
-        result.two_edge_floors.reserve(tasks.len());
+        result.edge_limits.clear();
+        result.edge_limits.reserve(tasks.len());
         for (pose, task) in sources.iter().zip(tasks) {
             let edges = task.near_edges.direct.as_slice().iter();
             let edges = edges.map(|edge| (pose.id, *edge));
@@ -27,8 +27,8 @@ impl Propagator {
             let edges = task.near_edges.reflections.edges();
             let edges = edges.map(|edge| (pose.id, edge));
             result.reflection_edges.extend(edges);
-            let floor = (pose.id, task.near_edges.two_edge_floor);
-            result.two_edge_floors.push(floor);
+            let limits = (pose.id, task.near_edges.limits);
+            result.edge_limits.push(limits);
         }
         result.late.clear();
         let late = || tasks.iter().filter_map(|task| task.latest_late.as_ref());

@@ -106,6 +106,12 @@ impl DiffractingEdges {
         &self.found[..self.count]
     }
 
+    /// Length in metres of the last of the first `most` paths; infinite if there are fewer.
+    pub fn limit_m(&self, most: usize) -> f64 {
+        let last = self.as_slice().get(most - 1);
+        last.map_or(f64::INFINITY, |last| last.length_m)
+    }
+
     /// Upper bound of the length of a path that still enters the list.
     pub(super) fn bound_m(&self, longest_m: f64) -> f64 {
         if self.count < MAX_DIFFRACTING_EDGES {

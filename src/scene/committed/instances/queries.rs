@@ -306,8 +306,8 @@ impl Scene {
             if near.as_slice().iter().any(|found| found.edge == edge) {
                 continue;
             }
-            if let Some(crossing) = self.edge(edge).crossing(from, to) {
-                let length_m = crossing.rank_m();
+            let rank_m = self.edge(edge).crossing_rank_m(from, to, f64::INFINITY);
+            if let Some(length_m) = rank_m {
                 near.insert(DiffractingEdge { edge, length_m });
             }
         }
