@@ -6,8 +6,8 @@
 //! law that are. Both shares are means over spans of distance. Few rays by Lambert's law reach the end of a corridor: where they
 //! do not suffice, the share is that of the volume that the patch sees there, by points in the air that lie evenly.
 //!
-//! Not all places of a patch are reached alike: under a roof energy stays that beside it is lost. So a sample has its share of
-//! what leaves its patch, not of the patch's area.
+//! Not all places of a patch are reached alike: under a roof energy stays that beside it is lost. So half of a sample's
+//! share in its patch is by the energy that leaves it.
 
 use glam::Vec3;
 
@@ -31,6 +31,10 @@ const MIN_POINTS: u32 = 8;
 
 /// Most that is heard of a ray that meets nothing, relative to Lambert's law: few others reach as far.
 const MOST_OF_MISSING: f32 = 4.0;
+
+/// Part of a sample's share in its patch that is by energy; the rest is by area. Few rays stand for a sample's energy: with all of it
+/// what comes past a shut door scatters.
+const BY_ENERGY: f32 = 0.5;
 
 /// A point in the air, and the volume that it stands for.
 #[derive(Debug, Clone, Copy)]
@@ -232,10 +236,13 @@ impl SpecularLegs {
         }
         let shares = samples.iter().zip(&energies).map(|(sample, energy)| {
             let patch = usize::from(sample.patch);
-            match totals.get(patch) {
-                Some(total) if *total > 0.0 => energy / total,
-                Some(_) => sample.area_m2 / patch_m2[patch],
-                None => 0.0,
+            let Some(total) = totals.get(patch) else {
+                return 0.0;
+            };
+            let by_area = sample.area_m2 / patch_m2[patch];
+            match *total > 0.0 {
+                true => by_area + BY_ENERGY * (energy / total - by_area),
+                false => by_area,
             }
         });
         self.shares.clear();
@@ -424,7 +431,7 @@ mod tests {
         assert_eq!(share(true), share(false));
     }
 
-    /// A sample under a roof, where energy stays, and one beside it, from which as much leaves once.
+    /// A sample under a roof, which three quarters of the energy leave, and one beside it.
     #[test]
     fn samples_have_their_share_of_what_leaves() {
         let mut legs = SpecularLegs::default();
@@ -440,6 +447,7 @@ mod tests {
         }
         let sample = |patch| SurfaceSample {
             patch,
+            area_m2: 1.0,
             ..SurfaceSample::default()
         };
         legs.finish(
@@ -447,7 +455,10 @@ mod tests {
             &[sample(0), sample(0), sample(NO_PATCH)],
             &[2.0],
         );
-        assert_eq!([0, 1, 2].map(|index| legs.share(index)), [0.75, 0.25, 0.0]);
+        assert_eq!(
+            [0, 1, 2].map(|index| legs.share(index)),
+            [0.625, 0.375, 0.0]
+        );
     }
 
     #[test]
