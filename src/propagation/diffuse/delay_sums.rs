@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::energy_course::LONG_STEPS;
 use crate::propagation::rays::directions::{mix, unit};
@@ -178,6 +179,19 @@ impl DelaySums {
     /// Sums of one patch's energy and one span, by destination.
     pub(crate) fn of_span(&self, from: usize, span: usize) -> &[DelaySum] {
         &self.of_patches[(from * SPANS + span) * self.patches..][..self.patches]
+    }
+
+    /// Energy heard of a patch in a field that decays with `rates` in nepers of energy per time step.
+    pub(crate) fn leaving(&self, patch: usize, rates: &BandArray) -> BandArray {
+        let mut total = [0.0; BANDS];
+        for sum in self.of_patches.iter().skip(patch).step_by(self.patches) {
+            let Some(delay) = sum.delay() else { continue };
+            let lost = exp_neg(&rates.map(|rate| rate * delay));
+            for b in 0..BANDS {
+                total[b] += sum.leaving[b] / lost[b];
+            }
+        }
+        total
     }
 
     /// Time steps over which energy that begins in the air arrives evenly, the patch, and the energy.

@@ -170,7 +170,7 @@ impl SceneField {
             kept_by_modes: &self.late_states.kept_by_modes(),
             first_legs: &self.first_legs,
         });
-        self.find_reach(scene, rays);
+        self.find_reach(scene, sums, rays);
     }
 
     /// Whether there are closed spaces that had no occupant.
@@ -227,7 +227,7 @@ impl SceneField {
     }
 
     /// How far specular energy reaches, after all rays have been traced.
-    fn find_reach(&mut self, scene: &Scene, rays: &mut u64) {
+    fn find_reach(&mut self, scene: &Scene, sums: &DelaySums, rays: &mut u64) {
         let mut of_patches = vec![Vec::new(); self.patches()];
         for sample in self.samples.all.iter().filter(|s| s.patch != NO_PATCH) {
             of_patches[usize::from(sample.patch)].push(*sample);
@@ -240,8 +240,8 @@ impl SceneField {
         let step_s = self.step_s;
         let rate = |time_s: f32| (NEPERS_OF_60_DB as f32 * step_s / time_s).min(FASTEST);
         let rates = self.decays.times_s[0].map(rate);
-        let patch_m2 = &self.samples.patch_m2;
-        self.specular.finish(&rates, &self.samples.all, patch_m2);
+        let leaving = |patch| sums.leaving(patch, &rates);
+        self.specular.finish(&rates, &self.samples, leaving);
     }
 
     /// Traces the rays of a range of samples.
