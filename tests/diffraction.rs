@@ -2,12 +2,14 @@
 
 mod reference;
 
+use std::collections::BTreeSet;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
 use foresound::propagation::diffraction::{
-    MAX_DIRECT_EDGES, MAX_REFLECTED_EDGE_PATHS, MAX_TWO_EDGE_PATHS,
+    MAX_DIRECT_EDGES, MAX_REFLECTED_EDGE_PATHS, MAX_TWO_EDGE_PATHS, direct_field,
 };
+use foresound::propagation::endpoints::Endpoints;
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::scene::{
     ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
@@ -267,4 +269,36 @@ fn diffracted_paths_are_few_and_distinct() {
         assert!(paths > 0, "{name}");
     }
     assert!(all > 0);
+}
+
+/// What a field has found without the wave's angles is what it finds with them; a listener elsewhere sees other edges.
+#[test]
+fn the_edges_of_a_direct_field_are_seen_again_from_its_positions_alone() {
+    let layout = procedural::doorway();
+    let scene = commit(&layout);
+    let source = SourcePose::at(SourceId::new(0, 0), layout.sources[0].1);
+    let sorted = |edges: &[u32]| edges.iter().copied().collect::<BTreeSet<_>>();
+    let (mut with_edges, mut others) = (0, 0);
+    let mut last = None;
+    for step in 0..120 {
+        let ear = layout.walk.from.lerp(layout.walk.to, step as f32 / 119.0);
+        let endpoints = Endpoints::of(&source, ear, 0.3);
+        let ends = [endpoints.from, endpoints.to].map(|end| scene.to_local(end));
+        let all = 0..scene.edges().len() as u32;
+        let near = scene.diffracting_edges_over(all, ends[0], ends[1]);
+        let edges = || near.as_slice().iter().map(|found| (found.edge, 1.0));
+        let field = direct_field(&scene, &endpoints, edges(), &mut 0, &mut |_| ());
+        assert!(
+            field.seen.are_seen(&scene, &endpoints, edges(), &mut 0),
+            "{ear}"
+        );
+        with_edges += u32::from(!field.seen.as_slice().is_empty());
+        if let Some(last) = last.replace(field.seen) {
+            let is_same = last.are_seen(&scene, &endpoints, edges(), &mut 0);
+            let [before, now] = [last, field.seen].map(|seen| sorted(seen.as_slice()));
+            assert_eq!(is_same, before == now, "{ear}");
+            others += u32::from(!is_same);
+        }
+    }
+    assert!(with_edges > 20 && others > 0, "{with_edges}, {others}");
 }

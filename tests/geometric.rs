@@ -374,6 +374,7 @@ fn diffracted_paths_equal_those_of_an_update_of_this_frame() {
         .collect();
     let mut frames = Vec::new();
     let mut farthest_off = 0f32;
+    let mut in_open_lists = 0;
     walk_by_hand(GeometricSettings::FULL, |frame, _, scene, position| {
         let mut update = PathSet::default();
         propagator.update(&listener(position), &sources, 0.0, &mut update);
@@ -396,6 +397,13 @@ fn diffracted_paths_equal_those_of_an_update_of_this_frame() {
                     let most = 1e-5 * ours.amplitude[band].abs();
                     assert!((a - factor * b).abs() <= most, "{ours:?} {path:?}");
                 }
+            }
+            let limits = update.edge_limits.iter().find(|own| own.0 == path.source);
+            let ends = limits.and_then(|(_, limits)| limits.near_detours_m);
+            // Without an end of the list they have all of their weight.
+            if path.order > 0 && ends.is_none_or(|ends| ends[0] == f64::INFINITY) {
+                assert_eq!(ours.amplitude, path.amplitude);
+                in_open_lists += 1;
             }
             // Paths of a full list fade towards its quietest and its farthest edge, and the last update had others.
             if path.order == 0 {
@@ -422,6 +430,7 @@ fn diffracted_paths_equal_those_of_an_update_of_this_frame() {
     // follows from hearing: if all errors of a source add in phase, its direct field changes by less than the just noticeable
     // 1 dB (ISO 3382-1) in every band, a factor of 1.122.
     assert!(farthest_off < 0.122, "{farthest_off}");
+    assert!(in_open_lists > 0);
     let energy = |amplitude: &[f32; 8]| amplitude.iter().map(|a| a * a).sum::<f32>();
     let diffracted = |update: &PathSet| {
         let diffracted = update

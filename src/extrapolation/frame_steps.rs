@@ -11,7 +11,9 @@ use super::wide_reflections::WideSource;
 use crate::acoustics::BANDS;
 use crate::extrapolation::geometric::{FrameInputs, SourceShadow, extrapolate_late};
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
-use crate::propagation::diffraction::{DirectField, WideField, direct_field, listed, wide_field};
+use crate::propagation::diffraction::{
+    DirectField, WideField, direct_field, edges_with_shares, wide_field,
+};
 use crate::propagation::diffuse::late_segments;
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::transmission::unoccluded_path;
@@ -81,7 +83,7 @@ impl Extrapolator {
             let at = (scene, listener);
             let listed_edges = self.direct_edges(&endpoints);
             let straight_m = straight_m(scene, &endpoints);
-            let edges = || listed(&listed_edges, straight_m, &limits);
+            let edges = || edges_with_shares(&listed_edges, straight_m, &limits);
             let lines = &mut self.direct_lines;
             let paths = &mut result.paths;
             let extrapolated = match is_wide {
@@ -439,12 +441,8 @@ fn limits_of(update: &PathSet, index: usize, endpoints: &Endpoints) -> Option<(E
     let own = |limits: &&(SourceId, EdgeLimits)| limits.0 == id;
     let likely = update.edge_limits.get(index).filter(own);
     let (_, limits) = likely.or_else(|| update.edge_limits.iter().find(own))?;
-    let is_own = |pose: &&SourcePose| pose.id == id;
-    let likely = update.sources.get(index).filter(is_own);
-    let pose = likely.or_else(|| update.sources.iter().find(is_own))?;
-    let off_m =
-        pose.position.distance(endpoints.from) + update.listener.position.distance(endpoints.to);
-    Some((*limits, f64::from(off_m)))
+    let off_m = update_distance_m(update, endpoints);
+    off_m.is_finite().then_some((*limits, f64::from(off_m)))
 }
 
 /// Limits between those of two updates, by the distances from their positions.
@@ -479,6 +477,7 @@ fn update_distance_m(update: &PathSet, endpoints: &Endpoints) -> f32 {
     })
 }
 
+/// Length in metres of the straight line, between local positions as in an update.
 fn straight_m(scene: &Scene, endpoints: &Endpoints) -> f64 {
     scene
         .to_local(endpoints.from)

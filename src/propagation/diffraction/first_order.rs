@@ -91,7 +91,8 @@ impl SeenEdges {
         }
     }
 
-    /// Whether these are the edges of another list that are visible from both ends now. Adds the rays cast to `rays`.
+    /// Whether these are the edges of another list that are visible from both ends now. Both ends lie in the exterior wedges of the
+    /// listed edges ([`Scene::diffracting_edges_over`]). Adds the rays cast to `rays`.
     pub fn are_seen(
         &self,
         scene: &Scene,
@@ -225,7 +226,8 @@ impl FirstOrderPath {
     }
 }
 
-/// Whether nothing occludes the path over an edge that [`FirstOrderPath::over`] would find: without its angles.
+/// Whether nothing occludes the path over an edge that [`FirstOrderPath::over`] would find, without its angles: both ends have to lie
+/// in the edge's exterior wedge, as in a list of near edges.
 fn sees_edge(scene: &Scene, endpoints: &Endpoints, edge: u32, rays: &mut u64) -> bool {
     let (from, to) = local_positions(scene, endpoints);
     let edge = scene.edge(edge);
@@ -359,9 +361,9 @@ fn along_faces(
     [found.next(), found.next()]
 }
 
-/// Emits the straight path, direct or transmitted, and the paths over one of `edges`, each with its share of the wave. The edges come in the order of the
-/// paths' lengths; the loudest [`MAX_DIRECT_EDGES`] that are visible from both ends and audible count. Adds the rays cast
-/// to `rays`.
+/// Emits the straight path, direct or transmitted, and the paths over one of `edges`, each with its share of the wave. The
+/// edges come in the order of the paths' lengths; the loudest [`MAX_DIRECT_EDGES`] that are visible from both ends and audible
+/// count. Adds the rays cast to `rays`.
 ///
 /// # Real-time
 /// Allocates nothing. One ray for the straight path, more behind walls, and up to two for each edge of the list.

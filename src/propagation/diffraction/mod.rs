@@ -117,13 +117,13 @@ pub fn update(
         direct_detour_m: last.line.limit_m(MAX_DIFFRACTING_EDGES) - straight_m,
         ..EdgeLimits::default()
     };
-    let listed = listed(&last.line, straight_m, &limits);
+    let edges_with_shares = edges_with_shares(&last.line, straight_m, &limits);
     let DirectField {
         visible,
         edges,
         two_edge_share,
         ..
-    } = sized_field(scene, endpoints, listed, rays, emit);
+    } = sized_field(scene, endpoints, edges_with_shares, rays, emit);
     let mut result = NearEdges {
         direct: edges,
         limits,
@@ -177,7 +177,7 @@ pub fn update(
 }
 
 /// The edges of a list of those near the straight line, and the share of the wave over each in the direct field.
-pub fn listed<'a>(
+pub fn edges_with_shares<'a>(
     near: &'a DiffractingEdges,
     straight_m: f64,
     limits: &EdgeLimits,

@@ -118,8 +118,9 @@ fn are_tried(mirrors: &[u32], surfaces: [Option<u32>; 2], search: Search) -> boo
 }
 
 /// Emits the paths over one of `edges` with two reflections and returns those with one, [`MAX_REFLECTED_EDGE_PATHS`] at
-/// most together. `limits` are where the list of edges ends; `None` if the direct path is visible and the edges are its own. Adds the rays cast to `rays`. `known` holds the candidates of an
-/// earlier call and is renewed; it shortens the search and does not change the result.
+/// most together. `limits` are where the list of edges ends; `None` if the direct path is visible and the edges are its own.
+/// Adds the rays cast to `rays`. `known` holds the candidates of an earlier call and is renewed; it shortens the search and does
+/// not change the result.
 pub fn find(
     scene: &Scene,
     endpoints: &Endpoints,

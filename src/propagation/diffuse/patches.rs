@@ -1,10 +1,10 @@
 //! Patches: clusters of samples that see each other.
 //!
-//! Own. Centres lie far from each other, though not where samples are few, and depend on the samples alone, so a patch keeps
+//! Own. Centres lie far from each other, though not where samples are sparse, and depend on the samples alone, so a patch keeps
 //! its index while instances move. A sample belongs to the nearest centre that it sees, past fixed surfaces and instances; a
-//! centre that sees other centres than the sample does counts as farther. A sample that sees no centre belongs with the nearest sample that it sees. So no patch reaches
-//! through a wall or a shut door. A sample that sees neither, or in a narrow gap, as behind a door leaf, belongs to no patch: the
-//! gap's two ends are in different rooms.
+//! centre that sees other centres than the sample does counts as farther. A sample that sees no centre belongs with the nearest
+//! sample that it sees. So no patch reaches through a wall or a shut door. A sample that sees neither, or in a narrow gap, as
+//! behind a door leaf, belongs to no patch: the gap's two ends are in different rooms.
 
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
@@ -37,11 +37,11 @@ impl SurfaceSamples {
     pub(super) fn choose_centres(&mut self) {
         let count = (self.all.len() / SAMPLES_PER_PATCH).clamp(1, MAX_PATCHES);
         let size = self.patch_size();
-        let is_alone = self.lonely_samples(size);
+        let is_sparse = self.sparse_samples(size);
         let mut nearest = vec![f32::INFINITY; self.all.len()];
         while self.centres.len() < count {
             let far = nearest.iter().enumerate();
-            let far = far.filter(|(index, _)| !is_alone[*index]);
+            let far = far.filter(|(index, _)| !is_sparse[*index]);
             let far = far.max_by(|(_, a), (_, b)| a.total_cmp(b));
             let Some((far, _)) = far else { return };
             self.centres.push(far);
@@ -55,8 +55,8 @@ impl SurfaceSamples {
     }
 
     /// Whether samples have fewer others around them than the median one. On open ground a few lie far from each other: with a
-    /// patch each, what rings in a shelter there had two or three. Where samples are even none is alone.
-    fn lonely_samples(&self, size: f32) -> Vec<bool> {
+    /// patch each, what rings in a shelter there had three. Where samples are even none is sparse.
+    fn sparse_samples(&self, size: f32) -> Vec<bool> {
         if !self.has_gaps {
             return vec![false; self.all.len()];
         }
@@ -170,4 +170,43 @@ fn distance(sample: &SurfaceSample, centre: &SurfaceSample, size: f32) -> f32 {
 fn sees(scene: &Scene, from: &SurfaceSample, to: &SurfaceSample, rays: &mut u64) -> bool {
     *rays += 1;
     !scene.any_hit(&Ray::between(from.raised, to.raised), [NO_GROUP; 2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    /// A shelter's samples every half metre, and as many times 16 m apart around it as one in five.
+    fn shelter_on_open_ground() -> SurfaceSamples {
+        let at = |x: f32, z: f32| SurfaceSample {
+            point: Vec3::new(x, 0.0, z),
+            normal: Vec3::Y,
+            area_m2: 0.25,
+            ..SurfaceSample::default()
+        };
+        let near = (0..400).map(|n| at(0.5 * (n % 20) as f32, 0.5 * (n / 20) as f32));
+        let far = (0..80).map(|n| at(100.0 + 16.0 * (n % 10) as f32, 16.0 * (n / 10) as f32));
+        SurfaceSamples {
+            all: near.chain(far).collect(),
+            has_gaps: true,
+            ..SurfaceSamples::default()
+        }
+    }
+
+    #[test]
+    fn sparse_samples_have_no_patches_of_their_own() {
+        let mut samples = shelter_on_open_ground();
+        samples.choose_centres();
+        assert_eq!(samples.centres.len(), MAX_PATCHES);
+        assert!(samples.centres.iter().all(|centre| *centre < 400));
+    }
+
+    #[test]
+    fn even_samples_may_all_be_centres() {
+        let mut samples = shelter_on_open_ground();
+        samples.has_gaps = false;
+        samples.choose_centres();
+        assert!(samples.centres.iter().any(|centre| *centre >= 400));
+    }
 }

@@ -33,7 +33,7 @@ const MIN_POINTS: u32 = 8;
 const MOST_OF_MISSING: f32 = 4.0;
 
 /// Part of a sample's share in its patch that is by energy where samples are uneven; the rest is by area. Few rays stand for one
-/// sample's energy: in an even street shares by it put late energy 1 dB off between a mesh and its chunks.
+/// sample's energy: in an even street half a share by it put late energy up to 2 dB off between a mesh and its chunks.
 const BY_ENERGY: f32 = 0.5;
 
 /// A point in the air, and the volume that it stands for.
@@ -209,8 +209,8 @@ impl SpecularLegs {
     }
 
     /// Computes what is heard of a field that decays with `rates` in nepers of energy per time step, after all has been added.
-    /// Where samples are even the share of specular legs is in all that is ever heard of a patch, which is `leaving`. Where there are
-    /// none far out, what flies for long would be nearly all of that: there it is in what leaves within the times.
+    /// Where samples are even the share of specular legs is that in `leaving`, all that is ever heard of a patch. On open ground most
+    /// of that is what flies for long, so there it is the share in what leaves within [`TIMES`].
     pub(crate) fn finish(
         &mut self,
         rates: &BandArray,
@@ -224,35 +224,38 @@ impl SpecularLegs {
             Reach::of(sums, first_m, rates, all)
         });
         self.reach.extend(reach);
-        let mean_rate = mean(rates);
+        let by_area = samples.all.iter().map(|sample| {
+            let patch_m2 = samples.patch_m2.get(usize::from(sample.patch));
+            patch_m2.map_or(0.0, |patch_m2| sample.area_m2 / patch_m2)
+        });
+        self.shares.clear();
+        self.shares.extend(by_area);
+        if samples.has_gaps {
+            self.share_by_energy(mean(rates), samples);
+        }
+    }
+
+    /// Draws the shares of samples, which are by area, towards the energy that leaves them in a field that decays with a rate.
+    fn share_by_energy(&mut self, rate: f32, samples: &SurfaceSamples) {
         let energy_of = |times: &[f32; TIMES]| -> f32 {
             let times = times.iter().enumerate();
-            times
-                .map(|(time, sum)| earlier(mean_rate, time) * sum)
-                .sum()
+            times.map(|(time, sum)| earlier(rate, time) * sum).sum()
         };
         let energies: Vec<f32> = self.of_samples.iter().map(energy_of).collect();
-        let by_energy = if samples.has_gaps { BY_ENERGY } else { 0.0 };
-        let (all, patch_m2) = (&samples.all, &samples.patch_m2);
-        let mut totals = vec![0.0; patch_m2.len()];
-        for (sample, energy) in all.iter().zip(&energies) {
+        let mut totals = vec![0.0; samples.patch_m2.len()];
+        for (sample, energy) in samples.all.iter().zip(&energies) {
             if let Some(total) = totals.get_mut(usize::from(sample.patch)) {
                 *total += energy;
             }
         }
-        let shares = all.iter().zip(&energies).map(|(sample, energy)| {
-            let patch = usize::from(sample.patch);
-            let Some(total) = totals.get(patch) else {
-                return 0.0;
-            };
-            let by_area = sample.area_m2 / patch_m2[patch];
-            match *total > 0.0 {
-                true => by_area + by_energy * (energy / total - by_area),
-                false => by_area,
+        let own = samples.all.iter().zip(&energies);
+        for ((sample, energy), share) in own.zip(&mut self.shares) {
+            if let Some(total) = totals.get(usize::from(sample.patch))
+                && *total > 0.0
+            {
+                *share += BY_ENERGY * (energy / total - *share);
             }
-        });
-        self.shares.clear();
-        self.shares.extend(shares);
+        }
     }
 
     /// Share of a sample in what leaves its patch.
@@ -279,7 +282,8 @@ impl SpecularLegs {
 
 /// How much more energy a field had when what leaves at a time began, for one that decays with a rate.
 fn earlier(rate: f32, time: usize) -> f32 {
-    (rate * (time as f32 + 0.5) * STEPS_PER_TIME).exp()
+    let steps = (time as f32 + 0.5) * STEPS_PER_TIME;
+    (rate * steps).exp()
 }
 
 fn mean(values: &BandArray) -> f32 {
