@@ -90,8 +90,7 @@ laws! {
     mesh_chunks "mesh/chunks"
 }
 
-/// Rows that are not reached yet: of more than eight paths over two edges the quietest changes with another one, and where one
-/// takes over from a path over one edge whose end is near, it is louder. A row that holds has to leave this list.
+/// Rows that are not reached yet: in the light an edge that a third one hides ends whole. A row that holds has to leave this list.
 const NOT_REACHED: [&str; 1] = ["continuity: ring of stones, largest step in 5 mm"];
 
 fn holds(law: &str) {

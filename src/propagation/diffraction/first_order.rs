@@ -10,7 +10,7 @@ use crate::acoustics::{BANDS, BandArray, smoothstep};
 use crate::propagation::amplitude::{apply_directivity, free_field};
 use crate::propagation::diffraction::complex::{Complex, ComplexBands};
 use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
-use crate::propagation::diffraction::ranked_list::rank_weight;
+use crate::propagation::diffraction::ranked_list::{rank_weight, rank_weight_in_light};
 use crate::propagation::diffraction::two_edge_path::{self, TwoEdgePath};
 use crate::propagation::diffraction::wedge_geometry::{WedgeAngles, on_side};
 use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
@@ -21,7 +21,7 @@ use crate::propagation::transmission::{direct_path, direct_path_of};
 use crate::scene::Scene;
 use crate::scene::edges::{EdgeCrossing, MAX_DIFFRACTING_EDGES};
 
-/// Most edges of one source's direct field. Of so many the quietest is silent (`rank_weight`).
+/// Most edges of one source's direct field. Of so many the quietest is silent (`ranked_list.rs`).
 pub const MAX_DIRECT_EDGES: usize = 8;
 
 /// Phase of the detour in radians up to which the diffracted wave is part of the direct path, and from which it is a
@@ -446,7 +446,9 @@ pub fn direct_field(
     let mut beside_boundary: Option<([Complex; BANDS], EdgeCrossing, f64)> = None;
     let least = loudest.as_ref().map_or(0.0, Loudest::least_energy);
     for (field, energy) in loudest.iter().flat_map(Loudest::fields) {
-        let weight = rank_weight(energy, least);
+        let shadow_share = f64::from(result.two_edge_share);
+        let weight = shadow_share * rank_weight(energy, least)
+            + (1.0 - shadow_share) * rank_weight_in_light(energy, least);
         let edge = field.path.edge;
         let length_m = field.path.crossing.length_m();
         let spreading = spreading(straight_m, length_m, min_distance_m);

@@ -132,10 +132,9 @@ pub fn find(
     floor
 }
 
-/// A path with its weight in a list of the loudest, of which the loudest that is left out has the energy `floor`. The weight is by
-/// squares of energies: a frame may have the floor of an update some frames old, and a path 3 dB above it is then within a quarter.
+/// A path with its weight in a list of the loudest, of which the loudest that is left out has the energy `floor`.
 pub(super) fn ranked((mut path, energy): (Path, f64), floor: f64) -> Path {
-    let weight = rank_weight(energy.powi(2), floor.powi(2)) as f32;
+    let weight = rank_weight(energy, floor) as f32;
     path.amplitude = path.amplitude.map(|value| value * weight);
     path
 }
