@@ -3,8 +3,8 @@
 //! Own. Visibility from the listener's own position, if not tested at every step, would depend on the time of the last
 //! test. Each of [`GROUPS`] groups of bounces therefore has its own grid, and its visibility is tested from the centre of
 //! the listener's cell. Groups change cells at different positions; a bounce is tested once per cell, and a listener at
-//! rest costs no rays. Where an obstacle separates listener and centre, a smaller cell is used: rooms must not be audible
-//! through walls.
+//! rest costs no rays. Where an obstacle separates listener and centre, a smaller cell is used, and beside a wall the position
+//! itself: rooms must not be audible through walls.
 
 use glam::{DVec3, Vec3};
 
@@ -19,13 +19,16 @@ pub const GROUPS_PER_ROTATION: usize = 4;
 /// Groups of all rotations.
 pub const GROUPS: usize = GROUPS_PER_ROTATION * ROTATIONS as usize;
 
-/// Edge lengths of the cells in metres, largest first; the centre of the smallest is not tested. Smaller cells cost more
-/// shadow rays per step, larger ones blur shadow boundaries.
+/// Edge lengths of the cells in metres, largest first. Smaller cells cost more shadow rays per step, larger ones blur shadow
+/// boundaries.
 const CELLS_M: [f32; 3] = [0.5, 0.125, 0.031_25];
 
 /// The same around a source that moves, and around the listener for guide rays: rays start at a cell's centre, another cell for each
 /// rotation, and are cast again in the next cell. Smaller cells cost more rays, larger ones blur the source's position (`tests/moving_late.rs`).
 pub(crate) const SOURCE_CELLS_M: [f32; 3] = [2.0, 0.5, 0.125];
+
+/// Distance in metres behind a centre up to which nothing may be: a centre on a wall would see both sides of it.
+const BEYOND_M: f32 = 1e-3;
 
 /// The viewpoints of one listener.
 #[derive(Debug, Clone)]
@@ -77,7 +80,8 @@ pub fn stable_viewpoint(scene: &Scene, source: DVec3, rotation: u64, rays: &mut 
     find_viewpoint(scene, source.as_vec3(), group, &SOURCE_CELLS_M, rays).as_dvec3()
 }
 
-/// The centre of the largest of a group's cells, of the edge lengths `cells_m`, that is visible from a position.
+/// The centre of the largest of a group's cells, of the edge lengths `cells_m`, that is visible from a position; the position itself
+/// if none is.
 fn find_viewpoint(
     scene: &Scene,
     position: Vec3,
@@ -86,19 +90,19 @@ fn find_viewpoint(
     rays: &mut u64,
 ) -> Vec3 {
     let offset = offset_of(group);
-    let mut viewpoint = position;
-    for (size, cell_m) in cells_m.iter().enumerate() {
+    for cell_m in cells_m {
         let cell = ((position - offset * cell_m) / cell_m).floor();
-        viewpoint = (cell + offset + 0.5) * cell_m;
-        if size + 1 == cells_m.len() || viewpoint == position {
+        let viewpoint = (cell + offset + 0.5) * cell_m;
+        if viewpoint == position {
             break;
         }
         *rays += 1;
-        if !scene.any_hit(&Ray::between(position, viewpoint), [NO_GROUP; 2]) {
-            break;
+        let beyond = viewpoint + BEYOND_M * (viewpoint - position).normalize_or_zero();
+        if !scene.any_hit(&Ray::between(position, beyond), [NO_GROUP; 2]) {
+            return viewpoint;
         }
     }
-    viewpoint
+    position
 }
 
 /// Offset of a group's grid in cells: an R3 low-discrepancy sequence (\[ROBERTS18\]).
@@ -123,6 +127,32 @@ mod tests {
             .expect("commits")
     }
 
+    /// The bounds' centre is the origin, so a wall in the middle lies on centres of the first group.
+    #[test]
+    fn no_viewpoint_is_behind_a_wall_or_on_it() {
+        let mut mesh = procedural::shoebox(Vec3::new(4.0, 2.5, 3.0), "concrete");
+        let first = mesh.vertices.len() as u32;
+        for (y, z) in [(0.0, 0.0), (2.5, 0.0), (2.5, 3.0), (0.0, 3.0)] {
+            mesh.vertices.push(Vec3::new(2.0, y, z));
+        }
+        for corners in [[0, 1, 2], [0, 2, 3]] {
+            mesh.triangles.push(corners.map(|corner| first + corner));
+            mesh.triangle_materials.push(mesh.triangle_materials[0]);
+        }
+        let scene = Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default());
+        let scene = scene.expect("commits");
+        for distance_m in [0.001, 0.005, 0.02, 0.04, 0.1, 0.24] {
+            for side in [-1.0, 1.0] {
+                let listener = Vec3::new(side * distance_m, 0.13, -0.24);
+                let mut cells = VisibilityCells::default();
+                cells.renew(&scene, listener, 0);
+                for viewpoint in cells.viewpoints {
+                    assert!(viewpoint.x * side > 1e-6, "{listener}: {viewpoint}");
+                }
+            }
+        }
+    }
+
     #[test]
     fn viewpoints_are_near_visible_and_stable() {
         let scene = room();
@@ -139,9 +169,7 @@ mod tests {
             for (viewpoint, before) in walking.viewpoints.iter().zip(before) {
                 assert!(viewpoint.distance(listener) <= 0.5 * 3f32.sqrt() * CELLS_M[0]);
                 let leg = Ray::between(listener, *viewpoint);
-                let blocked = scene.any_hit(&leg, [NO_GROUP; 2]);
-                let least = 0.5 * 3f32.sqrt() * CELLS_M[2];
-                assert!(!blocked || viewpoint.distance(listener) <= least);
+                assert!(*viewpoint == listener || !scene.any_hit(&leg, [NO_GROUP; 2]));
                 changed += usize::from(step > 0 && *viewpoint != before);
             }
         }
