@@ -15,12 +15,12 @@ pub(crate) fn insert_ranked<T: Copy>(
 }
 
 /// Amplitude factor of a path of a list of the loudest: 0 at the energy `floor` of the loudest one that is left out, which takes its
-/// place where the listener moves on, and nearly 1 for louder ones. `floor` is 0 for a list with room. The weight is by third powers
-/// of energies, in all lists alike: where a path over one edge goes on as one over two, both have nearly the same weight, and a frame
+/// place where the listener moves on, and nearly 1 for louder ones. `floor` is 0 for a list with room. The weight is by squares of
+/// energies, in all lists alike: where a path over one edge goes on as one over two, both have nearly the same weight, and a frame
 /// may have the floor of an update some frames old.
 pub(super) fn rank_weight(energy: f64, floor: f64) -> f64 {
     match energy > floor {
-        true => 1.0 - (floor / energy).powi(3),
+        true => 1.0 - (floor / energy).powi(2),
         false => 0.0,
     }
 }
