@@ -12,7 +12,7 @@ use crate::acoustics::bands::{CENTRES_HZ, exp_neg};
 use crate::acoustics::medium::HIGH_AIR_HZ;
 use crate::acoustics::{BANDS, BandArray};
 use crate::generation::delay::interpolation::weights;
-use crate::simd::{LaneSet, Lanes, kernel};
+use crate::simd::{F32x8, LaneSet, Lanes, kernel};
 
 /// Taps on each side of the middle, and the delay of the filter in frames.
 pub(crate) const AIR_DELAY: usize = 4;
@@ -35,6 +35,9 @@ const MAX_NEPERS: f32 = 4.3;
 /// Least sample rate in Hz with frequencies to filter.
 const MIN_RATE_HZ: u32 = 32_000;
 
+// Twice the frequencies are lanes.
+const _: () = assert!(2 * HIGH_AIR_HZ.len() == BANDS);
+
 /// The taps of a path in motion, and of one at rest. The interpolation's loss depends on the fraction of a frame, which a
 /// path in motion passes through many times in a graphics frame: it has the mean.
 #[derive(Debug, Clone, Copy)]
@@ -54,12 +57,12 @@ pub(crate) struct PathAir {
 /// Filters at one sample rate, linear in the loss at each of [`HIGH_AIR_HZ`].
 #[derive(Debug, Clone)]
 pub(crate) struct AirFilter {
-    /// Change of the taps by loss.
-    taps: [AirTaps; HIGH_AIR_HZ.len()],
+    /// Change of the taps by loss; the rest of the lanes is zero.
+    taps: [F32x8; HIGH_AIR_HZ.len()],
     /// Change of the response at the band centres by loss.
-    response: [BandArray; HIGH_AIR_HZ.len()],
-    /// What the interpolation halfway between two frames loses.
-    halfway_loss: [f32; HIGH_AIR_HZ.len()],
+    response: [F32x8; HIGH_AIR_HZ.len()],
+    /// What the interpolation halfway between two frames loses, twice.
+    halfway_loss: F32x8,
     is_needed: bool,
 }
 
@@ -69,8 +72,11 @@ impl AirFilter {
         let nodes = HIGH_AIR_HZ.map(x);
         let mut filter = Self {
             taps: Default::default(),
-            response: [[0.0; BANDS]; HIGH_AIR_HZ.len()],
-            halfway_loss: HIGH_AIR_HZ.map(|hz| halfway_loss(hz / f64::from(rate_hz)) as f32),
+            response: Default::default(),
+            halfway_loss: F32x8(std::array::from_fn(|lane| {
+                let hz = HIGH_AIR_HZ[lane % HIGH_AIR_HZ.len()];
+                halfway_loss(hz / f64::from(rate_hz)) as f32
+            })),
             is_needed: rate_hz >= MIN_RATE_HZ,
         };
         for node in 0..HIGH_AIR_HZ.len() {
@@ -80,8 +86,10 @@ impl AirFilter {
                 let factor = |root: f64| (x - root) / (nodes[node] - root);
                 factor(0.0) * others.map(|other| factor(nodes[other])).product::<f64>()
             };
-            filter.taps[node] = taps_of(value).map(|tap| tap as f32);
-            filter.response[node] = CENTRES_HZ.map(|hz| value(x(hz)) as f32);
+            for (lane, tap) in filter.taps[node].0.iter_mut().zip(taps_of(value)) {
+                *lane = tap as f32;
+            }
+            filter.response[node] = F32x8(CENTRES_HZ.map(|hz| value(x(hz)) as f32));
         }
         filter
     }
@@ -101,28 +109,30 @@ impl AirFilter {
         }
         let delay_s = (delay_s as f32).min(MAX_NEPERS / highest);
         let mut losses = [0.0; BANDS];
-        for (loss, np_per_s) in losses.iter_mut().zip(np_per_s) {
-            *loss = np_per_s * delay_s;
+        for (lane, loss) in losses.iter_mut().enumerate() {
+            *loss = np_per_s[lane % HIGH_AIR_HZ.len()] * delay_s;
         }
-        let losses = exp_neg(&losses);
         // Of the loss halfway; within 3 % at all fractions.
-        let share = (4.0 * fraction * (1.0 - fraction)).powi(3).sqrt();
-        let mut taps = [MEAN_SHARE, share].map(|_| [1.0, 0.0, 0.0, 0.0, 0.0]);
-        let mut response = [1.0; BANDS];
+        let resting = 4.0 * fraction * (1.0 - fraction);
+        let resting = (resting * resting * resting).sqrt();
+        // In motion and at rest.
+        let shares = F32x8(std::array::from_fn(|lane| match lane < HIGH_AIR_HZ.len() {
+            true => MEAN_SHARE,
+            false => resting,
+        }));
+        let one = F32x8::splat(1.0);
+        let losses = F32x8(exp_neg(&losses)) / (one - shares * self.halfway_loss) - one;
+        let mut taps = [F32x8([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]); 2];
+        let mut response = one;
         for node in 0..HIGH_AIR_HZ.len() {
-            let losses = [MEAN_SHARE, share]
-                .map(|share| losses[node] / (1.0 - share * self.halfway_loss[node]) - 1.0);
-            for (taps, loss) in taps.iter_mut().zip(losses) {
-                for (tap, change) in taps.iter_mut().zip(&self.taps[node]) {
-                    *tap += loss * change;
-                }
-            }
-            for (value, change) in response.iter_mut().zip(&self.response[node]) {
-                *value += losses[0] * change;
-            }
+            let [moving, resting] = [0, HIGH_AIR_HZ.len()].map(|from| losses.0[from + node]);
+            taps[0] += F32x8::splat(moving) * self.taps[node];
+            taps[1] += F32x8::splat(resting) * self.taps[node];
+            response += F32x8::splat(moving) * self.response[node];
         }
-        let [moving, resting] = taps;
+        let [moving, resting] = taps.map(|taps| std::array::from_fn(|tap| taps.0[tap]));
         let taps = PathTaps { moving, resting };
+        let response = response.0;
         Some(PathAir { taps, response })
     }
 }
@@ -242,7 +252,7 @@ mod tests {
         for rate_hz in [44_100, 48_000, 96_000] {
             // Without a loss by interpolation.
             let air = AirFilter {
-                halfway_loss: Default::default(),
+                halfway_loss: F32x8::ZERO,
                 ..AirFilter::new(rate_hz)
             };
             let air = air.of(&np_per_s, 0.3, 0.5).expect("long");

@@ -167,22 +167,41 @@ impl DirectionTable {
     /// The direction may have any length; the zero vector and NaN return the values of a grid point. Panics if `weights`
     /// is shorter. Real-time: no allocation, four grid points.
     pub(crate) fn look_up(&self, direction: Vec3, weights: &mut [F32x8]) -> [f32; 2] {
-        self.blend(&self.corners(direction), self.groups, weights)
+        self.blend(&self.find(direction), self.groups, weights)
     }
 
-    /// First part of [`Self::look_up`]; prefetches the input of [`Self::blend`].
-    pub(crate) fn find(&self, direction: Vec3) -> Corners {
-        let corners = self.corners(direction);
+    /// [`Self::find`] for several directions at once.
+    #[inline]
+    pub(crate) fn find_batch(
+        &self,
+        directions: &[Vec3; FIND_BATCH],
+        corners: &mut [Corners; FIND_BATCH],
+    ) {
+        // Loops over arrays become vector instructions.
+        let (mut turns, mut rises) = ([0.0; FIND_BATCH], [0.0; FIND_BATCH]);
+        for n in 0..FIND_BATCH {
+            let Vec3 { x, y, z } = directions[n];
+            let horizontal = (x * x + z * z).sqrt();
+            turns[n] = angle(-x, -z);
+            rises[n] = angle(y, horizontal);
+        }
+        for (corners, (turn, rise)) in corners.iter_mut().zip(turns.into_iter().zip(rises)) {
+            *corners = self.corners_at(turn, rise);
+        }
+    }
+
+    /// Prefetches the input of [`Self::blend`].
+    #[inline]
+    pub(crate) fn prefetch(&self, corners: &Corners) {
         let width = self.width();
         // Neighbours of one elevation are adjacent in memory, except for the last azimuth.
-        for (direction, _) in corners {
+        for &(direction, _) in corners {
             let of_corner = &self.weights[direction * width..][..width];
             for group in of_corner.iter().step_by(2) {
                 prefetch(group);
             }
             prefetch(&self.delays[direction]);
         }
-        corners
     }
 
     /// Second part of [`Self::look_up`]; groups from `groups` on are zero.
@@ -231,7 +250,7 @@ impl DirectionTable {
         weights.fill(F32x8::ZERO);
         let (mut delays, mut energies) = ([0.0; 2], [0.0; 2]);
         for (direction, share) in directions {
-            let ears = self.blend(&self.corners(direction), groups, scratch);
+            let ears = self.blend(&self.find(direction), groups, scratch);
             for (sum, delay) in delays.iter_mut().zip(ears) {
                 *sum += share * delay;
             }
@@ -269,13 +288,21 @@ impl DirectionTable {
         }
     }
 
-    /// The four grid points around a direction and their interpolation weights.
-    fn corners(&self, direction: Vec3) -> Corners {
+    /// First part of [`Self::look_up`]: the four grid points around a direction and their interpolation weights.
+    pub(crate) fn find(&self, direction: Vec3) -> Corners {
         let horizontal = (direction.x * direction.x + direction.z * direction.z).sqrt();
-        let turns = angle(-direction.x, -direction.z) / TAU;
-        let rise = angle(direction.y, horizontal) / PI + 0.5;
+        let turn = angle(-direction.x, -direction.z);
+        self.corners_at(turn, angle(direction.y, horizontal))
+    }
+
+    /// [`Self::find`] by azimuth and elevation in radians.
+    #[inline]
+    fn corners_at(&self, turn: f32, rise: f32) -> Corners {
+        let (turns, rise) = (turn / TAU, rise / PI + 0.5);
+        // From −½ to ½; the function `floor` is a library call on x86-64 without SSE 4.1.
+        let turns = if turns < 0.0 { turns + 1.0 } else { turns };
         // `max` converts NaN to zero.
-        let column = (turns - turns.floor()).clamp(0.0, 1.0).max(0.0) * self.azimuths as f32;
+        let column = turns.clamp(0.0, 1.0).max(0.0) * self.azimuths as f32;
         let row = rise.clamp(0.0, 1.0).max(0.0) * (self.elevations - 1) as f32;
         let (a, e) = (column as usize, (row as usize).min(self.elevations - 2));
         let (across, up) = (column - a as f32, row - e as f32);
@@ -340,6 +367,9 @@ impl PanningLaw {
         }
     }
 }
+
+/// Directions that are found at once.
+pub(crate) const FIND_BATCH: usize = 8;
 
 /// Four grid points around a direction and their interpolation weights.
 pub(crate) type Corners = [(usize, f32); 4];

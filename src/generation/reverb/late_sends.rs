@@ -7,9 +7,11 @@
 //! neighbouring points of its grid go to different buses: their responses are uncorrelated. Audio frames are lanes, as in
 //! the delay lines' tiles.
 
+use std::f32::consts::LOG2_10;
+
 use crate::acoustics::BANDS;
 use crate::acoustics::bands::amplitude_of_energy;
-use crate::extrapolation::{FramePaths, LATE_GROUPS, LATE_SEGMENTS, LateSend};
+use crate::extrapolation::{FramePaths, LATE_GROUPS, LATE_SEGMENTS, LateGroup, LateSend};
 use crate::simd::{F32x8, LANE_INDICES, LaneSet, kernel};
 
 use crate::generation::delay::delay_line::{DelayLine, TILE, Tile, band_index};
@@ -137,6 +139,7 @@ impl LateSends {
         ramp: u32,
     ) {
         self.counts.fill(0);
+        let decays = frame.late_groups.each_ref().map(GroupDecay::new);
         for segment in &frame.late {
             let group = usize::from(segment.group);
             let index = segment.source.slot() * LATE_GROUPS + group;
@@ -148,11 +151,10 @@ impl LateSends {
                 continue;
             }
             *count += 1;
-            let decay_time_s = &frame.late_groups[group].decay_time_s;
             let longest_s = longest_s.get(segment.source.slot()).copied();
             let max_delay = longest_s.unwrap_or(0.0) * f64::from(self.receivers.rate_hz);
             let max_delay = max_delay.ceil() as i64;
-            let targets = self.targets(segment, step, decay_time_s, max_delay, correction);
+            let targets = self.targets(segment, step, &decays[group], max_delay, correction);
             self.sends[index * LATE_SEGMENTS + step].retarget(&targets, left, ramp);
         }
         let each = self.sends.chunks_exact_mut(LATE_SEGMENTS);
@@ -168,7 +170,7 @@ impl LateSends {
         &self,
         segment: &LateSend,
         step: usize,
-        decay_time_s: &[f32; BANDS],
+        decay: &GroupDecay,
         max_delay: i64,
         correction: &BandCorrection,
     ) -> [(i64, usize, F32x8); 2] {
@@ -176,6 +178,8 @@ impl LateSends {
         let timing = timings[usize::from(segment.group)];
         let slot = segment.source.slot();
         let start_s = segment.start_s.clamp(0.0, max_delay as f32 / rate_hz);
+        let energies = segment.energy_per_s;
+        let amplitudes = energies.map(|energy| amplitude_of_energy(energy * timing.mean_length_s));
         send_grid::points(start_s, slot).map(|point| {
             let delay = ((point.time_s * rate_hz).ceil() as i64).min(max_delay);
             let bus = (3 * slot + 2 * step + point.index.rem_euclid(2) as usize) % BUSES;
@@ -183,16 +187,13 @@ impl LateSends {
                 return (delay, bus, F32x8::ZERO);
             }
             let time_s = delay as f32 / rate_hz + timing.nominal_s;
-            let amplitude = std::array::from_fn(|b| {
-                let energy = amplitude_of_energy(segment.energy_per_s[b] * timing.mean_length_s);
-                let gain = point.gain * energy * decay(time_s, decay_time_s[b]);
-                if gain.is_finite() {
-                    gain.min(MAX_GAIN)
-                } else {
-                    0.0
-                }
+            let gains = F32x8(amplitudes) * F32x8::splat(point.gain) * decay.factors(time_s);
+            // Not a number becomes zero.
+            let limited = gains.0.map(|gain| match gain < f32::INFINITY {
+                true => gain.min(MAX_GAIN),
+                false => 0.0,
             });
-            (delay, bus, correction.gains(&amplitude))
+            (delay, bus, correction.gains(&limited))
         })
     }
 
@@ -306,11 +307,34 @@ kernel! {
     }
 }
 
-/// Amplitude factor after `time_s`; zero for decay times up to [`SHORTEST_T60_S`] or NaN.
-fn decay(time_s: f32, t60_s: f32) -> f32 {
-    if t60_s > SHORTEST_T60_S {
-        10f32.powf(-3.0 * time_s / t60_s)
-    } else {
-        0.0
+/// The decay of a group's bands.
+#[derive(Debug, Clone, Copy)]
+struct GroupDecay {
+    /// Powers of two by which the amplitude grows per second.
+    rate: F32x8,
+    /// Zero for decay times up to [`SHORTEST_T60_S`] or NaN, one for others.
+    sounds: F32x8,
+}
+
+impl GroupDecay {
+    fn new(group: &LateGroup) -> Self {
+        let (mut rate, mut sounds) = (F32x8::ZERO, F32x8::ZERO);
+        for (band, t60_s) in group.decay_time_s.into_iter().enumerate() {
+            if t60_s > SHORTEST_T60_S {
+                (rate.0[band], sounds.0[band]) = (-3.0 * LOG2_10 / t60_s, 1.0);
+            }
+        }
+        Self { rate, sounds }
+    }
+
+    /// Amplitudes after a time, relative to those at its beginning; zero below 2⁻¹⁰⁰.
+    fn factors(&self, time_s: f32) -> F32x8 {
+        let powers = self.rate * F32x8::splat(time_s);
+        let limited = powers.0.map(|power| power.clamp(-100.0, 100.0));
+        let mut factors = F32x8(limited).exp2() * self.sounds;
+        for (factor, power) in factors.0.iter_mut().zip(limited) {
+            *factor = if power > -100.0 { *factor } else { 0.0 };
+        }
+        factors
     }
 }

@@ -3,11 +3,13 @@
 //! Audio side; wait-free, bounded by the number of paths; allocates at construction only. Ranks, HRTF weights and band
 //! gains depend only on the frame: they are computed in parts before the frame is applied. The parts do not affect them.
 
+use glam::Vec3;
+
 use crate::extrapolation::FramePath;
 use crate::simd::F32x8;
 
 use crate::generation::bands::air_filter::PathTaps;
-use crate::generation::panning::direction_table::{Corners, DirectionTable};
+use crate::generation::panning::direction_table::{Corners, DirectionTable, FIND_BATCH};
 use crate::generation::render_context::{Dropped, RenderContext};
 use crate::generation::voices::ranking;
 use crate::generation::voices::ranking::Ranking;
@@ -112,24 +114,29 @@ impl FramePlan {
             let exact = (self.max_fine / EXACT_PART).max(MIN_EXACT);
             let exact = exact.min(self.max_voices);
             self.keep = ranking.threshold(paths, longest_s, self.max_voices);
-            (self.fine, self.exact) = match self.max_fine >= self.max_voices {
-                true => (self.keep, self.keep),
-                false => (
-                    ranking.threshold(paths, longest_s, self.max_fine),
-                    ranking.threshold(paths, longest_s, exact),
-                ),
+            [self.fine, self.exact] = match self.max_fine >= self.max_voices {
+                true => [self.keep; 2],
+                false => ranking.thresholds(paths, longest_s, [self.max_fine, exact]),
             };
         }
-        let find = |path: &FramePath| context.table.find(context.to_head * path.arrival);
-        let mut following = paths.get(self.next).map(find);
-        while self.next < end {
-            let index = self.next;
-            self.next += 1;
-            let next = paths[..end].get(self.next).map(find);
-            let Some(corners) = std::mem::replace(&mut following, next) else {
-                break;
-            };
-            let path = &paths[index];
+        let (first, paths_to_come) = (self.next, &paths[self.next..end]);
+        let mut corners = [Corners::default(); FIND_BATCH];
+        for (number, path) in paths_to_come.iter().enumerate() {
+            let (index, in_batch) = (first + number, number % FIND_BATCH);
+            self.next = index + 1;
+            if in_batch == 0 {
+                let batch = &paths_to_come[number..];
+                let mut directions = [Vec3::NEG_Z; FIND_BATCH];
+                for (direction, path) in directions.iter_mut().zip(batch) {
+                    *direction = context.to_head * path.arrival;
+                }
+                context.table.find_batch(&directions, &mut corners);
+                context.table.prefetch(&corners[0]);
+            }
+            if let Some(next) = corners.get(in_batch + 1) {
+                context.table.prefetch(next);
+            }
+            let corners = &corners[in_batch];
             let id = path.id.0;
             if !ranking::is_valid(path, longest_s.len())
                 || self.last_id.is_some_and(|last| id <= last)
@@ -147,7 +154,7 @@ impl FramePlan {
                 self.dropped.paths += 1;
                 continue;
             }
-            self.add(path, rank, &corners, context);
+            self.add(path, rank, corners, context);
         }
         self.next == paths.len()
     }

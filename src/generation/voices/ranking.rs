@@ -2,6 +2,7 @@
 //!
 //! Audio side; wait-free, bounded by the number of paths; allocates at construction only.
 
+use crate::acoustics::BandArray;
 use crate::extrapolation::FramePath;
 
 /// Largest valid amplitude of a path: 60 dB, that of a source at one millimetre.
@@ -29,19 +30,36 @@ impl Ranking {
         longest_s: &[f64],
         count: usize,
     ) -> u64 {
-        if count == 0 {
-            return u64::MAX;
+        if count == 0 || paths.len() <= count {
+            return if count == 0 { u64::MAX } else { 0 };
         }
-        if paths.len() <= count {
-            return 0;
+        self.collect(paths, longest_s, count);
+        self.least_of(count)
+    }
+
+    /// [`Self::threshold`] of two counts, the second not greater than the first, from one look at the paths.
+    pub(crate) fn thresholds(
+        &mut self,
+        paths: &[FramePath],
+        longest_s: &[f64],
+        [more, fewer]: [usize; 2],
+    ) -> [u64; 2] {
+        debug_assert!(fewer <= more);
+        if fewer == 0 || paths.len() <= more {
+            return [more, fewer].map(|count| self.threshold(paths, longest_s, count));
         }
+        self.collect(paths, longest_s, more);
+        [self.least_of(more), self.least_of(fewer)]
+    }
+
+    /// Collects the ranks of at least the `count` loudest valid paths.
+    fn collect(&mut self, paths: &[FramePath], longest_s: &[f64], count: usize) {
         let full = (2 * count).min(self.loudest.capacity());
         let mut least = 0;
         self.loudest.clear();
         for (index, path) in paths.iter().enumerate() {
             let rank = rank(path, index);
-            let is_valid = is_valid(path, longest_s.len()) && fits(path, longest_s);
-            if rank < least || !is_valid {
+            if rank < least || !is_valid(path, longest_s.len()) || !fits(path, longest_s) {
                 continue;
             }
             self.loudest.push(rank);
@@ -49,6 +67,10 @@ impl Ranking {
                 least = self.keep(count);
             }
         }
+    }
+
+    /// Least of the `count` greatest ranks collected, which are kept; 0 if there are fewer.
+    fn least_of(&mut self, count: usize) -> u64 {
         if self.loudest.len() >= count {
             self.keep(count)
         } else {
@@ -71,7 +93,13 @@ pub(crate) fn is_valid(path: &FramePath, slots: usize) -> bool {
         && path.delay_s >= 0.0
         && path.delay_s.is_finite()
         && path.arrival.is_finite()
-        && path.amplitude.iter().all(|a| a.abs() <= MAX_AMPLITUDE)
+        && are_in_range(&path.amplitude)
+}
+
+/// Whether all amplitudes are valid, without a branch for each.
+fn are_in_range(amplitude: &BandArray) -> bool {
+    let each = amplitude.iter().map(|a| a.abs() <= MAX_AMPLITUDE);
+    each.fold(true, |all, one| all & one)
 }
 
 /// Whether a valid path is no longer than its source's delay line, in seconds by slot.
@@ -126,7 +154,15 @@ mod tests {
         for count in [1, 2, 10, 150, 299, 300] {
             let found = ranking.threshold(&paths, &[1.0; 4], count);
             assert_eq!(found, ranks[count - 1], "{count}");
+            for fewer in (0..=count).step_by(7) {
+                let both = ranking.thresholds(&paths, &[1.0; 4], [count, fewer]);
+                let alone = ranking.threshold(&paths, &[1.0; 4], fewer);
+                assert_eq!(both, [found, alone], "{count} {fewer}");
+            }
         }
+        let few = &paths[..12];
+        let both = ranking.thresholds(few, &[1.0; 4], [20, 5]);
+        assert_eq!(both, [0, ranking.threshold(few, &[1.0; 4], 5)]);
         // Fewer valid paths than the count; a count of zero; exactly as many paths as the count.
         assert_eq!(ranking.threshold(&paths[..12], &[1.0; 4], 10), 0);
         assert_eq!(ranking.threshold(&paths, &[1.0; 4], 0), u64::MAX);

@@ -2,7 +2,7 @@
 //!
 //! The paths of a walking listener, extrapolated at the paper's rate and level, are computed first; then the walk is
 //! generated several times. Each block counts with the fastest of its times, which the machine's other load disturbs
-//! least. The time of a block that takes a graphics frame includes taking it.
+//! least. The time of a block that takes a graphics frame includes taking it, which is printed besides.
 
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
 
@@ -66,35 +66,50 @@ struct Walked {
     sounds: Vec<Vec<f32>>,
 }
 
+/// Microseconds of every block, and of taking every graphics frame, which is part of a block.
+#[derive(Debug, Default, Clone)]
+struct Times {
+    blocks: Vec<f64>,
+    frames: Vec<f64>,
+}
+
+impl Times {
+    /// Keeps the lesser time of each block and frame.
+    fn keep_least(&mut self, other: Self) {
+        if self.blocks.is_empty() {
+            *self = other;
+            return;
+        }
+        let blocks = self.blocks.iter_mut().zip(other.blocks);
+        for (best, us) in blocks.chain(self.frames.iter_mut().zip(other.frames)) {
+            *best = best.min(us);
+        }
+    }
+}
+
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     check(arguments)?;
     let hrtf = Arc::new(Hrtf::builtin(arguments.rate)?);
     let layouts = arguments.layout.iter().map(|name| name.parse());
     let layouts = layouts.collect::<Result<Vec<Layout>>>()?;
     let walked = walk(arguments, &hrtf)?;
-    let mut best_us: Vec<Vec<f64>> = vec![Vec::new(); layouts.len()];
+    let mut best: Vec<Times> = vec![Times::default(); layouts.len()];
     let mut most_voices = 0;
     for _ in 0..arguments.rounds {
-        for (layout, best_us) in layouts.iter().zip(&mut best_us) {
+        for (layout, best) in layouts.iter().zip(&mut best) {
             let settings = GeneratorSettings {
                 layout: *layout,
                 ..walked.settings.clone()
             };
             let mut generator = Generator::new(settings, Arc::clone(&hrtf))?;
-            let (us, voices) = walked.generate(&mut generator, arguments.block);
+            let (times, voices) = walked.generate(&mut generator, arguments.block);
             most_voices = most_voices.max(voices);
-            if best_us.is_empty() {
-                *best_us = us;
-            } else {
-                for (best, us) in best_us.iter_mut().zip(us) {
-                    *best = best.min(us);
-                }
-            }
+            best.keep_least(times);
         }
     }
     let mut rows: Vec<Value> = Vec::new();
-    for (layout, best_us) in layouts.iter().zip(&best_us) {
-        let mut row = row(arguments, &walked, best_us, most_voices);
+    for (layout, best) in layouts.iter().zip(&best) {
+        let mut row = row(arguments, &walked, best, most_voices);
         let mean_us = |row: &Value| row["us"]["mean"].as_f64().unwrap_or(0.0);
         let first_us = mean_us(rows.first().unwrap_or(&row));
         row["layout"] = layout.name().into();
@@ -187,17 +202,20 @@ fn walk(arguments: &Arguments, hrtf: &Arc<Hrtf>) -> Result<Walked> {
 }
 
 impl Walked {
-    /// Microseconds of every block, and the most voices at once.
+    /// Times, and the most voices at once.
     ///
     /// Not inlined: `callgrind --toggle-collect` counts it by name.
     #[inline(never)]
-    fn generate(&self, generator: &mut Generator, block: usize) -> (Vec<f64>, u32) {
+    fn generate(&self, generator: &mut Generator, block: usize) -> (Times, u32) {
         let frame_frames = f64::from(self.settings.rate_hz) / self.graphics_rate_hz;
         // As in the engine.
         let ramp = ramp_frames(1.0 / self.graphics_rate_hz, self.settings.rate_hz, block);
         let blocks = self.sounds.first().map_or(0, Vec::len) / block;
         let mut output = vec![0.0; generator.channels() * block];
-        let mut us = Vec::with_capacity(blocks);
+        let mut times = Times {
+            blocks: Vec::with_capacity(blocks),
+            frames: Vec::with_capacity(self.frames.len()),
+        };
         let (mut taken, mut most_voices) = (None, 0);
         for start in (0..blocks).map(|n| n * block) {
             let inputs: Vec<&[f32]> = self
@@ -211,18 +229,19 @@ impl Walked {
             if taken != Some(newest) {
                 generator.set_frame(&self.frames[newest], ramp);
                 taken = Some(newest);
+                times.frames.push(1e6 * time.elapsed().as_secs_f64());
             }
             let report = generator.render(&inputs, &mut output);
-            us.push(1e6 * time.elapsed().as_secs_f64());
+            times.blocks.push(1e6 * time.elapsed().as_secs_f64());
             most_voices = most_voices.max(report.voices);
         }
-        (us, most_voices)
+        (times, most_voices)
     }
 }
 
-fn row(arguments: &Arguments, walked: &Walked, us: &[f64], most_voices: u32) -> Value {
+fn row(arguments: &Arguments, walked: &Walked, times: &Times, most_voices: u32) -> Value {
     // The first blocks have new paths only.
-    let us = &us[us.len().min(4)..];
+    let [us, frame_us] = [&times.blocks, &times.frames].map(|us| &us[us.len().min(4)..]);
     let period_us = 1e6 * arguments.block as f64 / f64::from(arguments.rate);
     let paths: Vec<f64> = walked.frames.iter().map(|f| f.paths.len() as f64).collect();
     let p50 = share(us, 0.5);
@@ -240,6 +259,7 @@ fn row(arguments: &Arguments, walked: &Walked, us: &[f64], most_voices: u32) -> 
         "voices_most": most_voices,
         "blocks": us.len(),
         "us": {"p50": p50, "p95": share(us, 0.95), "p99": share(us, 0.99), "worst": worst, "mean": mean},
+        "frame_us": {"p50": share(frame_us, 0.5), "worst": share(frame_us, 1.0)},
         "core_share": mean / period_us,
         "core_share_p50": p50 / period_us,
         "worst_to_median": worst / p50,
