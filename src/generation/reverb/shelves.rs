@@ -104,7 +104,8 @@ pub(crate) fn scale(coefficients: &Coefficients, range: Stretch, rows: &mut Rows
 }
 
 kernel! {
-    /// Filters a stretch in place: eight frames of eight lines are transposed, and all shelves are applied to them.
+    /// Filters a stretch in place: eight frames of eight lines are transposed, and all shelves are applied to them. The bundles take
+    /// turns frame by frame: the steps of one wait for each other, those of different bundles do not.
     pub(crate) fn filter<L>(coefficients: &Coefficients, states: &mut States, range: Stretch, rows: &mut Rows) {
         let mut done = 0;
         while done < range.count {
@@ -112,28 +113,47 @@ kernel! {
             // The last tile of a chunk begins early enough to fit; frames before `skip` are not its own.
             let at = (range.start + done).min(CHUNK - 8);
             let skip = range.start + done - at;
+            let mut tiles = [[L::splat(0.0); 8]; BUNDLES];
             for bundle in 0..BUNDLES {
                 let mut lines = [L::splat(0.0); 8];
                 for lane in 0..8 {
                     lines[lane] = L::load_at(&rows[8 * bundle + lane], at);
                 }
-                let mut tile = L::transpose(lines);
+                let tile = L::transpose(lines);
                 let gain = L::from_array(coefficients.gain[bundle]);
                 for frame in 0..8 {
-                    tile[frame] = tile[frame].mul(gain);
+                    tiles[bundle][frame] = tile[frame].mul(gain);
                 }
-                for shelf in 0..SHELVES {
-                    let of_lines = &coefficients.shelves[shelf][bundle];
-                    let state = &mut states[shelf][bundle];
-                    let mut running = Running::<L>::of(state);
-                    // Of a whole tile the compiler knows the length.
-                    match count {
-                        8 => running.run(of_lines, &mut tile),
-                        _ => running.run(of_lines, &mut tile[skip..skip + count]),
+            }
+            for shelf in 0..SHELVES {
+                let of_lines = &coefficients.shelves[shelf];
+                let states = &mut states[shelf];
+                let mut running = [Running::<L>::of(&states[0]); BUNDLES];
+                for bundle in 1..BUNDLES {
+                    running[bundle] = Running::of(&states[bundle]);
+                }
+                if count == 8 {
+                    for pair in 0..4 {
+                        for bundle in 0..BUNDLES {
+                            let frame = &mut tiles[bundle][2 * pair];
+                            *frame = running[bundle].step(&of_lines[bundle], *frame);
+                        }
+                        for bundle in 0..BUNDLES {
+                            let frame = &mut tiles[bundle][2 * pair + 1];
+                            *frame = running[bundle].step_back(&of_lines[bundle], *frame);
+                        }
                     }
-                    *state = running.state(count % 2 == 1);
+                } else {
+                    for bundle in 0..BUNDLES {
+                        running[bundle].run(&of_lines[bundle], &mut tiles[bundle][skip..skip + count]);
+                    }
                 }
-                let lines = L::transpose(tile);
+                for bundle in 0..BUNDLES {
+                    states[bundle] = running[bundle].state(count % 2 == 1);
+                }
+            }
+            for bundle in 0..BUNDLES {
+                let lines = L::transpose(tiles[bundle]);
                 for lane in 0..8 {
                     let row = &mut rows[8 * bundle + lane];
                     if count == 8 {
