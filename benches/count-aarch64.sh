@@ -58,9 +58,12 @@ for scene in "${scenes[@]}"; do
     done
 done
 for sources in 1 4 16; do
-    few=$(instructions update concert_hall "$sources" 4)
-    many=$(instructions update concert_hall "$sources" 20)
-    # The mean of sixteen updates, one per ray rotation, in tenths of a million.
-    tenths=$(((many - few) / 1600000))
-    printf 'concert_hall, %d sources: %d.%d million instructions an update\n' "$sources" $((tenths / 10)) $((tenths % 10))
+    for motion in update walking moving; do
+        few=$(instructions $motion concert_hall "$sources" 4)
+        many=$(instructions $motion concert_hall "$sources" 20)
+        # The mean of sixteen updates, one per ray rotation, in tenths of a million.
+        tenths=$(((many - few) / 1600000))
+        printf 'concert_hall, %d sources %s: %d.%d million instructions an update\n' \
+            "$sources" "${motion/update/at rest}" $((tenths / 10)) $((tenths % 10))
+    done
 done

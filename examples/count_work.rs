@@ -2,7 +2,8 @@
 //!
 //! `count_work rays FOLDER SCENE SET PASSES` traces the rays written by `bench rays --dump FOLDER`, `PASSES` times;
 //! `count_work update SCENE SOURCES UPDATES [LISTENERS]` runs propagation updates for a listener walking at 1.4 m/s, or for several
-//! beside each other; `count_work sound SCENE SOURCES UPDATES LISTENERS` runs the whole engine instead;
+//! beside each other; with `walking` or `moving` instead of `update` its sources walk too, or stand metres elsewhere in every update,
+//! as in `bench update`; `count_work sound SCENE SOURCES UPDATES LISTENERS` runs the whole engine instead;
 //! `count_work direct SCENE SOURCES UPDATES` computes the direct field of twelve graphics frames after each of so many updates, as the
 //! default predictor does, and `count_work edges` only those updates; the scene
 //! `shoebox` has no edges. The difference of two runs with different counts excludes start-up (`benches/count-aarch64.sh`).
@@ -29,16 +30,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match arguments.as_slice() {
         ["rays", folder, scene, set, passes] => rays(folder, scene, set, passes.parse()?),
-        ["update", scene, sources, updates] => update(scene, sources.parse()?, updates.parse()?, 1),
+        [motion @ ("update" | "walking" | "moving"), scene, sources, updates] => {
+            let ends = (sources.parse()?, updates.parse()?);
+            update(scene, ends, 1, motion)
+        }
         ["update", scene, sources, updates, listeners] => {
-            update(scene, sources.parse()?, updates.parse()?, listeners.parse()?)
+            let ends = (sources.parse()?, updates.parse()?);
+            update(scene, ends, listeners.parse()?, "update")
         }
         ["sound", scene, sources, updates, listeners] => {
             sound(scene, sources.parse()?, updates.parse()?, listeners.parse()?)
         }
         ["direct", scene, sources, updates] => direct(scene, sources.parse()?, updates.parse()?, 12),
         ["edges", scene, sources, updates] => direct(scene, sources.parse()?, updates.parse()?, 0),
-        _ => Err("arguments: rays FOLDER SCENE SET PASSES | update SCENE SOURCES UPDATES [LISTENERS] | sound SCENE SOURCES UPDATES LISTENERS | direct SCENE SOURCES UPDATES | edges SCENE SOURCES UPDATES".into()),
+        _ => Err("arguments: rays FOLDER SCENE SET PASSES | update SCENE SOURCES UPDATES [LISTENERS] | walking SCENE SOURCES UPDATES | moving SCENE SOURCES UPDATES | sound SCENE SOURCES UPDATES LISTENERS | direct SCENE SOURCES UPDATES | edges SCENE SOURCES UPDATES".into()),
     }
 }
 
@@ -133,11 +138,21 @@ fn sound(
     Ok(())
 }
 
+/// How far the sources have moved.
+fn aside_m(motion: &str, step: u32) -> f32 {
+    match motion {
+        "walking" => STEP_M * step.saturating_sub(2) as f32,
+        "moving" if step.is_multiple_of(2) => 1.1,
+        "moving" => -1.1,
+        _ => 0.0,
+    }
+}
+
 fn update(
     name: &str,
-    count: usize,
-    updates: u32,
+    (count, updates): (usize, u32),
     listeners: usize,
+    motion: &str,
 ) -> Result<(), Box<dyn std::error::Error>> {
     let benchmark = procedural::by_name(name).ok_or("no such scene")?;
     let table = MaterialTable::built_in();
@@ -154,10 +169,19 @@ fn update(
         propagator.select_listener(listener);
         propagator.warm_up(&ear(walk, 0, listener), &sources);
     }
+    let mut moved = sources.clone();
     for step in 0..updates {
+        // What is at rest needs no time.
+        let time_s = match motion {
+            "update" => 0.0,
+            _ => 0.05 * f64::from(step),
+        };
+        for (moved, source) in moved.iter_mut().zip(&sources) {
+            moved.position.x = source.position.x + aside_m(motion, step);
+        }
         for listener in 0..listeners {
             propagator.select_listener(listener);
-            propagator.update(&ear(walk, step, listener), &sources, 0.0, &mut set);
+            propagator.update(&ear(walk, step, listener), &moved, time_s, &mut set);
         }
     }
     eprintln!("{} sources, {} paths", sources.len(), set.paths.len());
