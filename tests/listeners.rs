@@ -46,6 +46,7 @@ fn each_listener_has_the_paths_that_it_has_alone() {
     let (mut found, mut wanted) = ([0.0f32; 2], [0.0f32; 2]);
     let (mut count, mut all) = (0, 0);
     let mut rays = [0u64; 2];
+    let mut silent = 0;
     for step in 0..60 {
         let share = step as f32 / 60.0;
         let sources: Vec<SourcePose> = (0..2u16)
@@ -84,11 +85,17 @@ fn each_listener_has_the_paths_that_it_has_alone() {
             for (own, other) in own.late.iter().zip(&other.late) {
                 assert_eq!(own.source, other.source);
                 let sum = |late: &LateEnergy| late.total().iter().sum::<f32>();
+                // The walk cuts the jamb's corner: within the wall neither hears anything.
+                if sum(own) == 0.0 && sum(other) == 0.0 {
+                    silent += 1;
+                    continue;
+                }
                 let db = 10.0 * (sum(own) / sum(other)).log10();
                 assert!(db.abs() < 0.5, "step {step}, listener {index}: {db} dB");
             }
         }
     }
+    assert!(silent <= 4, "{silent} times without late energy");
     for index in 0..2 {
         assert!(
             found[index] > 0.97 * wanted[index],
