@@ -28,6 +28,11 @@ fn propagator(scene: &Arc<Scene>, listeners: usize) -> Propagator {
     propagator
 }
 
+/// Whether a position at the height of ears is in the wall between the rooms of the doorway.
+fn is_in_wall(position: Vec3) -> bool {
+    (8.0..8.2).contains(&position.x) && !(3.1..4.05).contains(&position.z)
+}
+
 fn energy(paths: &[Path]) -> f32 {
     let of = |path: &Path| path.amplitude.iter().map(|a| a * a).sum::<f32>();
     paths.iter().map(of).sum()
@@ -46,7 +51,7 @@ fn each_listener_has_the_paths_that_it_has_alone() {
     let (mut found, mut wanted) = ([0.0f32; 2], [0.0f32; 2]);
     let (mut count, mut all) = (0, 0);
     let mut rays = [0u64; 2];
-    let mut silent = 0;
+    let mut within = 0;
     for step in 0..60 {
         let share = step as f32 / 60.0;
         let sources: Vec<SourcePose> = (0..2u16)
@@ -85,9 +90,10 @@ fn each_listener_has_the_paths_that_it_has_alone() {
             for (own, other) in own.late.iter().zip(&other.late) {
                 assert_eq!(own.source, other.source);
                 let sum = |late: &LateEnergy| late.total().iter().sum::<f32>();
-                // The walk cuts the jamb's corner: within the wall neither hears anything.
-                if sum(own) == 0.0 && sum(other) == 0.0 {
-                    silent += 1;
+                // The walk cuts the jamb's corner, and only within the wall does nothing arrive.
+                if is_in_wall(ear.position) {
+                    assert_eq!([sum(own), sum(other)], [0.0; 2], "{}", ear.position);
+                    within += 1;
                     continue;
                 }
                 let db = 10.0 * (sum(own) / sum(other)).log10();
@@ -95,7 +101,7 @@ fn each_listener_has_the_paths_that_it_has_alone() {
             }
         }
     }
-    assert!(silent <= 4, "{silent} times without late energy");
+    assert!(within > 0, "the walk passes the wall");
     for index in 0..2 {
         assert!(
             found[index] > 0.97 * wanted[index],

@@ -1,9 +1,10 @@
 //! The direct field in the graphics frames that do not compute its edge waves.
 //!
 //! Audio side; one ray a source, and two for each edge at most. Edge waves in eight bands are most of the cost of a source's
-//! direct field, and change little from one graphics frame to the next. The sources take turns: one frame of [`super::GeometricSettings::exact_every`] computes a
-//! source's field, and the others extrapolate its paths linearly, as long as source and listener move little. The straight path keeps
-//! its exact delay and direction in every frame, and whatever begins or ceases to block it, or an edge, is seen at once.
+//! direct field, and change little from one graphics frame to the next. The sources take turns: one frame of
+//! [`super::GeometricSettings::exact_every`] computes a source's field, and the others extrapolate its paths linearly, as long as
+//! source and listener move little. The straight path keeps its exact delay and direction in every frame, and whatever begins or
+//! ceases to block it, or an edge, is seen at once.
 
 use glam::Vec3;
 

@@ -90,7 +90,8 @@ laws! {
     mesh_chunks "mesh/chunks"
 }
 
-/// Rows that are not reached yet: in the light an edge that a third one hides ends whole. A row that holds has to leave this list.
+/// Rows that are not reached yet: the wave of an edge in sight of the source stops at once when a third edge hides it. A row that
+/// holds has to leave this list.
 const NOT_REACHED: [&str; 1] = ["continuity: ring of stones, largest step in 5 mm"];
 
 fn holds(law: &str) {

@@ -312,26 +312,26 @@ kernel! {
 struct GroupDecay {
     /// Powers of two by which the amplitude grows per second.
     rate: F32x8,
-    /// Zero for decay times up to [`SHORTEST_T60_S`] or NaN, one for others.
-    sounds: F32x8,
+    /// One for each band that sounds; zero for decay times up to [`SHORTEST_T60_S`] or NaN.
+    mask: F32x8,
 }
 
 impl GroupDecay {
     fn new(group: &LateGroup) -> Self {
-        let (mut rate, mut sounds) = (F32x8::ZERO, F32x8::ZERO);
+        let (mut rate, mut mask) = (F32x8::ZERO, F32x8::ZERO);
         for (band, t60_s) in group.decay_time_s.into_iter().enumerate() {
             if t60_s > SHORTEST_T60_S {
-                (rate.0[band], sounds.0[band]) = (-3.0 * LOG2_10 / t60_s, 1.0);
+                (rate.0[band], mask.0[band]) = (-3.0 * LOG2_10 / t60_s, 1.0);
             }
         }
-        Self { rate, sounds }
+        Self { rate, mask }
     }
 
     /// Amplitudes after a time, relative to those at its beginning; zero below 2⁻¹⁰⁰.
     fn factors(&self, time_s: f32) -> F32x8 {
         let powers = self.rate * F32x8::splat(time_s);
         let limited = powers.0.map(|power| power.clamp(-100.0, 100.0));
-        let mut factors = F32x8(limited).exp2() * self.sounds;
+        let mut factors = F32x8(limited).exp2() * self.mask;
         for (factor, power) in factors.0.iter_mut().zip(limited) {
             *factor = if power > -100.0 { *factor } else { 0.0 };
         }

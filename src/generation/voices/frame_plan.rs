@@ -119,13 +119,14 @@ impl FramePlan {
                 false => ranking.thresholds(paths, longest_s, [self.max_fine, exact]),
             };
         }
-        let (first, paths_to_come) = (self.next, &paths[self.next..end]);
+        let first = self.next;
+        let to_plan = paths.get(first..end).unwrap_or_default();
         let mut corners = [Corners::default(); FIND_BATCH];
-        for (number, path) in paths_to_come.iter().enumerate() {
+        for (number, path) in to_plan.iter().enumerate() {
             let (index, in_batch) = (first + number, number % FIND_BATCH);
             self.next = index + 1;
             if in_batch == 0 {
-                let batch = &paths_to_come[number..];
+                let batch = &to_plan[number..];
                 let mut directions = [Vec3::NEG_Z; FIND_BATCH];
                 for (direction, path) in directions.iter_mut().zip(batch) {
                     *direction = context.to_head * path.arrival;

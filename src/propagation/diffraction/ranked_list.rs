@@ -25,8 +25,8 @@ pub(super) fn rank_weight(energy: f64, floor: f64) -> f64 {
     }
 }
 
-/// The same for the edges of a source in sight, by energies. There no path over two edges goes on where a third edge hides one of the
-/// list: the floor steps, and with it the weights of all others, the less the softer they are.
+/// [`rank_weight`] for the edges of a source in sight, by energies. Where a third edge hides one of the list, no path over two edges
+/// replaces it: `floor` steps, and with it the weights of all others. By energies they step less than by their squares.
 pub(super) fn rank_weight_in_light(energy: f64, floor: f64) -> f64 {
     match energy > floor {
         true => 1.0 - floor / energy,

@@ -177,7 +177,7 @@ mod tests {
     use super::*;
     use glam::Vec3;
 
-    /// A shelter's samples every half metre, and as many times 16 m apart around it as one in five.
+    /// Samples every half metre under a shelter, and a fifth as many 16 m apart beside it.
     fn shelter_on_open_ground() -> SurfaceSamples {
         let at = |x: f32, z: f32| SurfaceSample {
             point: Vec3::new(x, 0.0, z),
