@@ -126,6 +126,21 @@ fn a_one_shot_is_heard_and_forgotten() {
 }
 
 #[test]
+fn a_one_shot_of_an_empty_clip_is_forgotten() {
+    let (mut controller, mut renderer) = engine();
+    for clip in [Clip::mono(Vec::new()), Clip::stereo(vec![0.5])] {
+        let (play, source) = (PlaySettings::default(), SourceSettings::default());
+        let begun = controller.play_once(Vec3::NEG_Z, clip, play, source);
+        let id = begun.expect("a free slot");
+        let heard = run(&mut controller, &mut renderer, 20);
+        assert!(heard.iter().all(|s| *s == 0.0));
+        let ended = controller.playback(id);
+        assert!(matches!(ended, Err(Error::StaleSource { .. })), "{ended:?}");
+    }
+    assert_eq!(controller.source_count(), 0);
+}
+
+#[test]
 fn values_out_of_range_are_refused_and_sound_goes_on() {
     let (mut controller, mut renderer) = engine();
     let id = flat(&mut controller);

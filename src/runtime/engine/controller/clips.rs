@@ -14,7 +14,7 @@ use crate::scene::{SourceId, SourceSettings};
 
 impl Controller {
     /// Plays a clip from its start, once or in a loop: mono samples at the engine's rate, 1 being the pressure at 1 m.
-    /// An empty clip is silence. [`Self::play_clip`] plays stereo, parts, and at a set time.
+    /// An empty clip is silence that ends at once. [`Self::play_clip`] plays stereo, parts, and at a set time.
     ///
     /// # Errors
     /// [`Error::StaleSource`](crate::Error::StaleSource).
@@ -56,9 +56,6 @@ impl Controller {
         let clip = clip.into();
         self.sources.check(id)?;
         let looped = settings.check(clip.frames())?;
-        if clip.frames() == 0 {
-            return self.stop(id);
-        }
         let (serial, cell) = self.sources.play(id)?;
         let start = [settings.first_frame as u64, settings.start_at];
         let kernel = Arc::clone(&self.kernel);
