@@ -140,6 +140,32 @@ fn a_one_shot_of_an_empty_clip_is_forgotten() {
     assert_eq!(controller.source_count(), 0);
 }
 
+/// A clip that was sought after its end ends when it has played again and its longest path of 0.2 s has arrived, which are 12
+/// graphics frames; a pause of the engine counts for neither.
+#[test]
+fn a_finished_clip_that_is_sought_ends_anew() {
+    let (mut controller, mut renderer) = engine();
+    let (clip, settings) = (Clip::mono(vec![0.5; 20 * BLOCK]), PlaySettings::default());
+    let id = controller
+        .play_once(Vec3::NEG_Z, clip, settings, SourceSettings::default())
+        .expect("a free slot");
+    run(&mut controller, &mut renderer, 25);
+    let state = |controller: &Controller| controller.playback(id).expect("is there").state;
+    assert_eq!(state(&controller), PlaybackState::Finished);
+    controller.pause();
+    run(&mut controller, &mut renderer, 1);
+    controller.seek_source(id, 0).expect("plays a clip");
+    run(&mut controller, &mut renderer, 20);
+    controller.resume();
+    let heard = run(&mut controller, &mut renderer, 15);
+    assert!(heard.iter().any(|s| s.abs() > 0.2));
+    assert_eq!(state(&controller), PlaybackState::Playing);
+    run(&mut controller, &mut renderer, 15);
+    assert_eq!(state(&controller), PlaybackState::Finished);
+    run(&mut controller, &mut renderer, 10);
+    assert!(controller.playback(id).is_err());
+}
+
 #[test]
 fn values_out_of_range_are_refused_and_sound_goes_on() {
     let (mut controller, mut renderer) = engine();

@@ -271,8 +271,9 @@ impl ClipPlayer {
         if self.pitch == 0.0 {
             self.pitch = f64::from(state.pitch);
         }
-        if state.seek_serial == self.serial && state.seek != self.seek {
-            self.seek = state.seek;
+        let seek = state.seek_of(self.serial);
+        if seek != self.seek {
+            self.seek = seek;
             // In a pause nothing is heard that could fade.
             let left = if self.pause == 0 { 0 } else { FADE_FRAMES };
             (self.before_seek, self.seek_left) = (self.position, left);
@@ -289,7 +290,8 @@ impl ClipPlayer {
             () if self.pause == 0 => PlaybackState::Paused,
             () => PlaybackState::Playing,
         };
-        self.cell.store(self.serial, state, self.position as u64);
+        let playback = [self.serial, self.seek];
+        self.cell.store(playback, state, self.position as u64);
     }
 
     fn is_over(&self) -> bool {

@@ -92,6 +92,16 @@ pub(crate) struct PlayState {
     pub(crate) seek_to: u64,
 }
 
+impl PlayState {
+    /// Number of the last seek of a playback, 0 for none.
+    pub(crate) fn seek_of(&self, serial: u32) -> u32 {
+        match self.seek_serial == serial {
+            true => self.seek,
+            false => 0,
+        }
+    }
+}
+
 impl Default for PlayState {
     fn default() -> Self {
         Self {
@@ -123,17 +133,30 @@ pub(super) fn check_pitch(pitch: f32) -> Result<()> {
 /// State of a source's clip, written by the audio side.
 #[derive(Debug, Default)]
 pub(crate) struct PlaybackCell {
-    /// Serial of the playback and its state.
+    /// State, serial of the playback (from bit [`SERIAL`] on), and the low bits of its last seek (from bit [`SEEK`] on).
     state: AtomicU64,
     frame: AtomicU64,
 }
 
+const SERIAL: u32 = 8;
+const SEEK: u32 = SERIAL + u32::BITS;
+
+fn packed([serial, seek]: [u32; 2], state: PlaybackState) -> u64 {
+    u64::from(seek) << SEEK | u64::from(serial) << SERIAL | state as u64
+}
+
 impl PlaybackCell {
     /// Audio side.
-    pub(crate) fn store(&self, serial: u32, state: PlaybackState, frame: u64) {
+    pub(crate) fn store(&self, [serial, seek]: [u32; 2], state: PlaybackState, frame: u64) {
         self.frame.store(frame, Ordering::Relaxed);
-        let value = u64::from(serial) << 8 | state as u64;
-        self.state.store(value, Ordering::Release);
+        self.state
+            .store(packed([serial, seek], state), Ordering::Release);
+    }
+
+    /// Whether a playback has ended, and the audio side knew its last seek then (0 for none).
+    pub(crate) fn has_finished(&self, [serial, seek]: [u32; 2]) -> bool {
+        let value = self.state.load(Ordering::Acquire);
+        value == packed([serial, seek], PlaybackState::Finished)
     }
 
     /// The state of a playback: scheduled until the audio side knows it.
@@ -142,7 +165,7 @@ impl PlaybackCell {
         if serial == 0 {
             return Playback::default();
         }
-        if value >> 8 != u64::from(serial) {
+        if (value >> SERIAL) as u32 != serial {
             let state = PlaybackState::Scheduled;
             return Playback { state, frame: 0 };
         }

@@ -9,9 +9,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::error::{Error, Result};
-use crate::runtime::engine::playback::{
-    PlayState, Playback, PlaybackCell, PlaybackState, check_pitch,
-};
+use crate::runtime::engine::playback::{PlayState, Playback, PlaybackCell, check_pitch};
 use crate::runtime::engine::slot_release::{PlaybackProgress, SlotRelease};
 use crate::runtime::engine::source_virtualization::VirtualSource;
 use crate::scene::{SourceId, SourcePose, SourceSettings};
@@ -252,7 +250,8 @@ impl SourceTable {
             let Some(state) = entry.state.as_mut().filter(|state| state.serial > 0) else {
                 continue;
             };
-            if entry.cell.load(state.serial).state != PlaybackState::Finished {
+            let last_seek = state.play.seek_of(state.serial);
+            if !entry.cell.has_finished([state.serial, last_seek]) {
                 continue;
             }
             let since_s = *state.finished_s.get_or_insert(time_s);
