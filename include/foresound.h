@@ -730,7 +730,7 @@ typedef struct ForesoundEngineHealth {
 // An element of an array, whose element size the functions take: a newer pose is longer.
 //
 // Metres, right-handed, +y up. The orientation rotates local coordinates (+x right, +y up, -z ahead) into the world's: a
-// quaternion x, y, z, w of length 1.
+// quaternion x, y, z, w of length 1. A listener's and a source's are normalised; four zeros of a source are (0, 0, 0, 1).
 typedef struct ForesoundPose {
   // Id of the source; ignored for listeners and instances.
   uint32_t source;

@@ -12,7 +12,8 @@ use foresound::runtime::{
     Renderer,
 };
 use foresound::scene::{
-    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
+    Directivity, ListenerPose, MaterialTable, Scene, SceneSettings, SourceExtent, SourceId,
+    SourcePose, procedural,
 };
 use glam::{Quat, Vec3};
 
@@ -186,6 +187,51 @@ fn an_invalid_pose_is_refused_and_the_last_valid_one_kept() {
     };
     assert!(controller.tick(invalid, &[]).is_err());
     assert!(run(&mut controller, &mut renderer, Vec3::ZERO, 20) > 0.01);
+}
+
+/// What is heard of a wide dipole whose orientation is set to `orientation`.
+fn dipole(orientation: Quat) -> Vec<f32> {
+    let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
+    let id = controller.add_source(Vec3::X).expect("a slot");
+    controller.play(id, hum(), true).expect("is there");
+    let mut pose = SourcePose {
+        orientation,
+        ..SourcePose::at(id, Vec3::new(0.5, 0.2, -3.0))
+    };
+    pose.settings.directivity = Directivity::even(1.0, 1.0);
+    pose.settings.extent = SourceExtent::sphere(0.5);
+    pose.settings.extent.semi_axes_m.x = 0.1;
+    let mut block = vec![0.0; 882];
+    for _ in 0..20 {
+        let ticked = controller.tick(ListenerPose::default(), &[pose]);
+        ticked.expect("a good pose");
+        renderer.render(&mut block);
+    }
+    assert!(
+        block.iter().any(|s| s.abs() > 1e-3),
+        "{orientation} is silent"
+    );
+    block
+}
+
+#[test]
+fn a_sources_orientation_is_normalised() {
+    let turn = Quat::from_rotation_y(0.4);
+    for (given, unit) in [
+        (Quat::from_array([0.0; 4]), Quat::IDENTITY),
+        (turn * 10.0, turn),
+    ] {
+        let pairs = dipole(given).into_iter().zip(dipole(unit));
+        let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(worst < 1e-5, "{given}: {worst}");
+    }
+    let (mut controller, _renderer) = Engine::new(settings()).expect("an engine");
+    let id = controller.add_source(Vec3::X).expect("a slot");
+    for bad in [f32::MAX, f32::INFINITY, f32::NAN, 1e-8] {
+        let pose = SourcePose::at(id, Vec3::X).with_orientation([0.0, bad, 0.0, 0.0]);
+        let refused = controller.tick(ListenerPose::default(), &[pose]);
+        assert!(matches!(refused, Err(Error::Setting { .. })), "{bad}");
+    }
 }
 
 #[test]

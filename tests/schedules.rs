@@ -7,7 +7,8 @@ use foresound::generation::Hrtf;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::{Latency, OfflineRenderer, OfflineSettings, Poses, Schedule};
 use foresound::scene::{
-    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
+    Directivity, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose,
+    procedural,
 };
 use glam::Vec3;
 
@@ -196,5 +197,35 @@ fn settings_out_of_range_are_refused_by_name() {
         let refused = OfflineRenderer::new(Arc::clone(&scene), Arc::clone(&hrtf), settings);
         let error = refused.err().expect("refused").to_string();
         assert!(error.starts_with(name), "{error}");
+    }
+}
+
+/// The amplitudes of the first frame's paths of a dipole of this orientation.
+fn dipole(orientation: [f32; 4]) -> Result<Vec<[f32; 8]>, foresound::Error> {
+    let (mesh, table) = (procedural::doorway().mesh, MaterialTable::built_in());
+    let scene = Arc::new(Scene::commit(&mesh, &table, &SceneSettings::default()).expect("commits"));
+    let hrtf = Arc::new(Hrtf::builtin(44_100).expect("an HRTF set"));
+    let settings = settings(Schedule::Synchronous);
+    let mut renderer = OfflineRenderer::new(scene, hrtf, settings).expect("settings");
+    let mut poses = Poses::default();
+    poses.listener.position = procedural::doorway().walk.standing;
+    let source = SourcePose::at(SourceId::default(), procedural::doorway().sources[0].1);
+    poses.sources.push(source.with_orientation(orientation));
+    poses.sources[0].settings.directivity = Directivity::even(1.0, 1.0);
+    let mut silence = |_: usize, _: u64, samples: &mut [f32]| samples.fill(0.0);
+    renderer.next_frame(&poses, &mut silence, &mut |_| Ok(()))?;
+    let paths = &renderer.frame_paths().paths;
+    Ok(paths.iter().map(|path| path.amplitude).collect())
+}
+
+#[test]
+fn orientations_are_normalised_offline_too() {
+    let facing = dipole([0.0, 0.0, 0.0, 1.0]).expect("a good pose");
+    assert!(facing.iter().any(|bands| bands[0] != 0.0));
+    for same in [[0.0; 4], [0.0, 0.0, 0.0, 8.0]] {
+        assert_eq!(dipole(same).expect("a good pose"), facing);
+    }
+    for bad in [f32::MAX, f32::NAN] {
+        assert!(dipole([0.0, bad, 0.0, 0.0]).is_err(), "{bad}");
     }
 }

@@ -12,7 +12,7 @@ pub const POSE_BYTES: usize = 32;
 /// An element of an array, whose element size the functions take: a newer pose is longer.
 ///
 /// Metres, right-handed, +y up. The orientation rotates local coordinates (+x right, +y up, -z ahead) into the world's: a
-/// quaternion x, y, z, w of length 1.
+/// quaternion x, y, z, w of length 1. A listener's and a source's are normalised; four zeros of a source are (0, 0, 0, 1).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {

@@ -58,7 +58,8 @@ pub struct SourcePose {
     pub id: SourceId,
     /// Position in metres.
     pub position: Vec3,
-    /// Turns source coordinates (+x right, +y up, −z ahead) into world coordinates.
+    /// Turns source coordinates (+x right, +y up, −z ahead) into world coordinates. [`Controller::tick`](crate::Controller::tick)
+    /// and [`OfflineRenderer`](crate::offline::OfflineRenderer) normalise it; four zeros are the identity.
     pub orientation: Quat,
     /// Directivity, radius and effects.
     pub settings: SourceSettings,
@@ -82,6 +83,19 @@ impl SourcePose {
         }
     }
 
+    /// The same pose with a normalised orientation, of four zeros the identity; `None` if it has no direction: not finite, or of
+    /// no length.
+    pub(crate) fn normalized(self) -> Option<Self> {
+        let orientation = match self.orientation.to_array() == [0.0; 4] {
+            true => Quat::IDENTITY,
+            false => normalized(self.orientation)?,
+        };
+        Some(Self {
+            orientation,
+            ..self
+        })
+    }
+
     /// Pressure factor of the directivity in a world direction of any length; 1 for a direction of length 0.
     pub fn factor_towards(&self, direction: Vec3) -> BandArray {
         let cosine = direction
@@ -103,6 +117,13 @@ impl Default for SourcePose {
     }
 }
 
+/// A quaternion of length 1, unless it is not finite or shorter than a millionth.
+fn normalized(quaternion: Quat) -> Option<Quat> {
+    let length_squared = quaternion.length_squared();
+    let has_direction = length_squared.is_finite() && length_squared > 1e-12;
+    has_direction.then(|| quaternion.normalize())
+}
+
 /// The listener at one instant.
 ///
 /// # Examples
@@ -117,7 +138,8 @@ impl Default for SourcePose {
 pub struct ListenerPose {
     /// Centre of the head in metres.
     pub position: Vec3,
-    /// Turns head coordinates (+x right, +y up, −z ahead) into world coordinates.
+    /// Turns head coordinates (+x right, +y up, −z ahead) into world coordinates. Normalised as a source's, but four zeros are
+    /// refused.
     pub orientation: Quat,
 }
 
@@ -147,6 +169,15 @@ impl ListenerPose {
             orientation: Quat::from_array(quaternion),
             ..self
         }
+    }
+
+    /// The same pose with a normalised orientation; `None` if it has no direction: not finite, or of no length.
+    pub(crate) fn normalized(self) -> Option<Self> {
+        let orientation = normalized(self.orientation)?;
+        Some(Self {
+            orientation,
+            ..self
+        })
     }
 
     /// A world direction in head coordinates.

@@ -156,17 +156,17 @@ impl SourceTable {
         Ok(())
     }
 
-    /// Sets position, orientation and settings.
+    /// Sets position, normalised orientation and settings.
     pub(super) fn pose(&mut self, pose: &SourcePose) -> Result<()> {
         let state = self.state_mut(pose.id)?;
         check_position("position", pose.position)?;
-        if !pose.orientation.is_finite() {
+        let normalized = pose.normalized().ok_or_else(|| {
             let problem = format!("{} is no orientation", pose.orientation);
             let advice = "give a unit quaternion; the last good pose is kept";
-            return Err(Error::setting("orientation", problem, advice));
-        }
+            Error::setting("orientation", problem, advice)
+        })?;
         pose.settings.check()?;
-        state.pose = *pose;
+        state.pose = normalized;
         Ok(())
     }
 

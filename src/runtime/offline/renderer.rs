@@ -5,6 +5,8 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use glam::Quat;
+
 use crate::error::{Error, Result};
 use crate::extrapolation::{Extrapolator, FramePaths, PredictorKind};
 use crate::generation::{Generator, GeneratorSettings, Hrtf, Layout, OutputStage};
@@ -13,7 +15,7 @@ use crate::runtime::offline::schedule::{Poses, Schedule};
 use crate::runtime::offline::scheduled_propagation::ScheduledPropagation;
 use crate::runtime::pipeline::line_lengths::LineLengths;
 use crate::runtime::threads::clock::thread_processor_time;
-use crate::scene::Scene;
+use crate::scene::{Scene, SourcePose};
 
 /// Settings of offline rendering; start from [`Default`] and assign fields.
 #[derive(Debug, Clone)]
@@ -221,13 +223,15 @@ impl OfflineRenderer {
     /// gets interleaved frames of [`Self::channels`].
     ///
     /// # Errors
-    /// Those of `sink`.
+    /// [`Error::Setting`] for an orientation that cannot be normalised (of a source, four zeros are the identity); nothing is
+    /// rendered then. Those of `sink`.
     pub fn next_frame(
         &mut self,
         poses: &Poses,
         signal: &mut Signal<'_>,
         sink: &mut dyn FnMut(&[f32]) -> Result<()>,
     ) -> Result<()> {
+        let poses = &checked(poses)?;
         let started = now();
         let arrived = self.propagation.next_frame(poses);
         if self.propagation.has_computed() && self.frame > 0 {
@@ -299,6 +303,33 @@ impl OfflineRenderer {
         self.report.generation.push(spent);
         Ok(())
     }
+}
+
+/// Poses with normalised orientations.
+fn checked(poses: &Poses) -> Result<Poses> {
+    let no_orientation = |name: &str, orientation: Quat| {
+        let problem = format!("{orientation} is no orientation");
+        Error::setting(
+            name,
+            problem,
+            "give a unit quaternion for each graphics frame",
+        )
+    };
+    let listener = poses.listener;
+    let normalized = |source: &SourcePose| {
+        let normalized = source.normalized();
+        normalized.ok_or_else(|| no_orientation("orientation", source.orientation))
+    };
+    Ok(Poses {
+        listener: listener
+            .normalized()
+            .ok_or_else(|| no_orientation("listener", listener.orientation))?,
+        sources: poses
+            .sources
+            .iter()
+            .map(normalized)
+            .collect::<Result<_>>()?,
+    })
 }
 
 /// Measures processor time of this thread, or elapsed time where the system has none.

@@ -6,7 +6,7 @@ use foresound::extrapolation::PredictorKind;
 use foresound::generation::{GeneratorSettings, Hrtf, Layout};
 use foresound::runtime::{
     AffinityPolicy, Budget, DeviceOutput, Engine, EngineSettings, FrameTime, NullDevice,
-    OfflineRenderer, OfflineSettings, PlaySettings, QualityChoice, QualityLevel, Schedule,
+    OfflineRenderer, OfflineSettings, PlaySettings, Poses, QualityChoice, QualityLevel, Schedule,
     SoundThread, Threads,
 };
 use foresound::scene::{
@@ -106,6 +106,19 @@ fn offline(errors: &mut Errors) {
         };
     });
     let mut renderer = OfflineRenderer::new(committed(&room()), hrtf(), good).expect("settings");
+    let mut frame = |what: &str, change: &dyn Fn(&mut Poses)| {
+        let mut poses = Poses::default();
+        poses
+            .sources
+            .push(SourcePose::at(SourceId::new(0, 0), Vec3::ONE));
+        change(&mut poses);
+        let mut silence = |_: usize, _: u64, samples: &mut [f32]| samples.fill(0.0);
+        let rendered = renderer.next_frame(&poses, &mut silence, &mut |_| Ok(()));
+        errors.of(what, rendered);
+    };
+    frame("an orientation offline", &|poses| {
+        poses.sources[0].orientation = Quat::from_xyzw(f32::MAX, 0.0, 0.0, 0.0);
+    });
     let first = renderer.set_output(Layout::Stereo, &hrtf());
     first.expect("two channels");
     let second = renderer.set_output(Layout::Mono, &hrtf());

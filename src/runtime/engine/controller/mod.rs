@@ -159,7 +159,8 @@ impl Controller {
     /// ```
     ///
     /// # Errors
-    /// The first of: [`Error::Setting`] for a pose that is not finite or beyond 1,000 km, [`Error::StaleSource`],
+    /// The first of: [`Error::Setting`] for a pose that is not finite or beyond 1,000 km, or whose orientation cannot be
+    /// normalised (four zeros are a source's identity, and no listener's), [`Error::StaleSource`],
     /// [`Error::Mesh`] of a scene built in the background. The frame is sent nevertheless, with the last good poses.
     pub fn tick(&mut self, listener: ListenerPose, sources: &[SourcePose]) -> Result<()> {
         let began = now();
@@ -462,15 +463,10 @@ impl Controller {
 /// A listener's pose with a normalised orientation.
 fn checked_listener(listener: ListenerPose) -> Result<ListenerPose> {
     check_position("listener", listener.position)?;
-    let length_squared = listener.orientation.length_squared();
-    if !(length_squared.is_finite() && length_squared > 1e-12) {
+    listener.normalized().ok_or_else(|| {
         let problem = format!("{} is no orientation", listener.orientation);
         let advice = "give a finite quaternion; the last good pose is kept";
-        return Err(Error::setting("listener", problem, advice));
-    }
-    Ok(ListenerPose {
-        orientation: listener.orientation.normalize(),
-        ..listener
+        Error::setting("listener", problem, advice)
     })
 }
 

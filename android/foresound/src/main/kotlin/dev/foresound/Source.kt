@@ -59,7 +59,7 @@ class Source internal constructor(
         moved = true
     }
 
-    /** Rotates it by a quaternion; (0, 0, 0, 1) faces -z. Audible with [SourceOptions.directivity]. */
+    /** Rotates it by a quaternion, which is normalised; (0, 0, 0, 1) and four zeros face -z. Audible with [SourceOptions.directivity]. */
     fun turn(x: Float, y: Float, z: Float, w: Float) {
         pose.turn(x, y, z, w)
         moved = true
