@@ -200,6 +200,38 @@ fn settings_out_of_range_are_refused_by_name() {
     }
 }
 
+/// What an offline rendering has no place for is refused, and a graphics frame that was refused may be given again.
+#[test]
+fn sources_without_a_position_and_further_listeners_are_refused() {
+    let (mesh, table) = (procedural::doorway().mesh, MaterialTable::built_in());
+    let scene = Arc::new(Scene::commit(&mesh, &table, &SceneSettings::default()).expect("commits"));
+    let hrtf = Arc::new(Hrtf::builtin(44_100).expect("an HRTF set"));
+    let make = |listeners: usize| {
+        let mut settings = settings(Schedule::Synchronous);
+        settings.generation.listeners = listeners;
+        OfflineRenderer::new(Arc::clone(&scene), Arc::clone(&hrtf), settings)
+    };
+    let error = make(2).err().expect("refused").to_string();
+    assert!(error.starts_with("listeners"), "{error}");
+    let mut renderer = make(1).expect("settings");
+    let mut poses = Poses::default();
+    poses.listener.position = procedural::doorway().walk.standing;
+    poses.sources.push(SourcePose::at(
+        SourceId::default(),
+        procedural::doorway().sources[0].1,
+    ));
+    let mut silence = |_: usize, _: u64, samples: &mut [f32]| samples.fill(0.0);
+    let mut frame = |renderer: &mut OfflineRenderer, poses: &Poses| {
+        renderer.next_frame(poses, &mut silence, &mut |_| Ok(()))
+    };
+    poses.sources[0].settings.is_2d = true;
+    let error = frame(&mut renderer, &poses).expect_err("refused");
+    assert!(error.to_string().starts_with("is_2d"), "{error}");
+    poses.sources[0].settings.is_2d = false;
+    frame(&mut renderer, &poses).expect("a good pose");
+    assert_eq!(renderer.report().graphics_frames, 1);
+}
+
 /// The amplitudes of the first frame's paths of a dipole of this orientation.
 fn dipole(orientation: [f32; 4]) -> Result<Vec<[f32; 8]>, foresound::Error> {
     let (mesh, table) = (procedural::doorway().mesh, MaterialTable::built_in());

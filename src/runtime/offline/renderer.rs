@@ -31,7 +31,7 @@ pub struct OfflineSettings {
     pub predictor: PredictorKind,
     /// Rays, reflection orders, seed.
     pub propagation: PropagationSettings,
-    /// Sample rate, layout, source slots, voices, limiter.
+    /// Sample rate, layout, source slots, voices, limiter. One listener.
     pub generation: GeneratorSettings,
 }
 
@@ -116,7 +116,7 @@ impl OfflineRenderer {
     /// For a scene and an HRTF set.
     ///
     /// # Errors
-    /// [`Error::Setting`] names a setting outside its range.
+    /// [`Error::Setting`] names a setting outside its range, and more listeners than one.
     pub fn new(scene: Arc<Scene>, hrtf: Arc<Hrtf>, settings: OfflineSettings) -> Result<Self> {
         let rate_hz = settings.graphics_rate_hz;
         if !(1.0..=1000.0).contains(&rate_hz) {
@@ -139,6 +139,12 @@ impl OfflineRenderer {
             ));
         }
         settings.schedule.check()?;
+        let listeners = settings.generation.listeners;
+        if listeners > 1 {
+            let problem = format!("{listeners} in an offline rendering, which has one");
+            let advice = "give 1, and render each listener by a renderer of its own";
+            return Err(Error::setting("listeners", problem, advice));
+        }
         let propagator = Propagator::new(Arc::clone(&scene), settings.propagation)?;
         let generator = Generator::with_short_lines(settings.generation.clone(), hrtf)?;
         let min_distance_m = settings.propagation.min_distance_m;
@@ -223,8 +229,9 @@ impl OfflineRenderer {
     /// gets interleaved frames of [`Self::channels`].
     ///
     /// # Errors
-    /// [`Error::Setting`] for an orientation that cannot be normalised (of a source, four zeros are the identity); nothing is
-    /// rendered then. Those of `sink`.
+    /// [`Error::Setting`] for an orientation that cannot be normalised (of a source, four zeros are the identity) and for a
+    /// source without a position ([`SourceSettings::is_2d`](crate::SourceSettings::is_2d)); nothing is rendered then. Those of
+    /// `sink`.
     pub fn next_frame(
         &mut self,
         poses: &Poses,
@@ -317,6 +324,11 @@ fn checked(poses: &Poses) -> Result<Poses> {
     };
     let listener = poses.listener;
     let normalized = |source: &SourcePose| {
+        if source.settings.is_2d {
+            let problem = format!("the source of slot {} has no position", source.id.slot());
+            let advice = "leave it out, and add its samples to the output";
+            return Err(Error::setting("is_2d", problem, advice));
+        }
         let normalized = source.normalized();
         normalized.ok_or_else(|| no_orientation("orientation", source.orientation))
     };

@@ -105,6 +105,7 @@ fn offline(errors: &mut Errors) {
             latency: foresound::runtime::Latency::default(),
         };
     });
+    with("two listeners", &|s| s.generation.listeners = 2);
     let mut renderer = OfflineRenderer::new(committed(&room()), hrtf(), good).expect("settings");
     let mut frame = |what: &str, change: &dyn Fn(&mut Poses)| {
         let mut poses = Poses::default();
@@ -116,6 +117,9 @@ fn offline(errors: &mut Errors) {
         let rendered = renderer.next_frame(&poses, &mut silence, &mut |_| Ok(()));
         errors.of(what, rendered);
     };
+    frame("a 2D source offline", &|poses| {
+        poses.sources[0].settings.is_2d = true;
+    });
     frame("an orientation offline", &|poses| {
         poses.sources[0].orientation = Quat::from_xyzw(f32::MAX, 0.0, 0.0, 0.0);
     });
