@@ -260,8 +260,8 @@ impl Worker {
     ) -> usize {
         updates.resize_with(self.others.len(), ListenerUpdate::default);
         let mut trimmed = 0;
-        let mut others = std::mem::take(&mut self.others);
-        let each = others.iter_mut().zip(&world.others).zip(updates);
+        // Borrowed, not taken: a panic leaves them in the worker, which a restart uses again.
+        let each = self.others.iter_mut().zip(&world.others).zip(updates);
         for (index, ((other, (listener, _)), update)) in (1..).zip(each) {
             let kind = match self.synchronous {
                 true => UpdateKind::Whole,
@@ -277,7 +277,6 @@ impl Worker {
             let results = (&mut update.paths, &mut update.prepared);
             trimmed += other.pipeline.update(propagator, &request, results);
         }
-        self.others = others;
         trimmed
     }
 
