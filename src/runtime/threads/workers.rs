@@ -13,7 +13,7 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread::{Builder, JoinHandle};
 
 use crate::error::{Error, Result};
@@ -318,9 +318,14 @@ impl Workers for Threads {
         second: impl Fn(usize, &mut B, &mut S) + Sync,
     ) {
         assert!(scratch.len() >= self.count(), "scratch for every thread");
-        let busy = self.caller.try_lock();
+        // A panic of a job poisons the lock, which guards nothing but the turn.
+        let turn = match self.caller.try_lock() {
+            Ok(turn) => Some(turn),
+            Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
+            Err(TryLockError::WouldBlock) => None,
+        };
         let (middle, count) = (a.len(), a.len() + b.len());
-        if busy.is_err() || self.helpers.is_empty() || count < 2 {
+        if turn.is_none() || self.helpers.is_empty() || count < 2 {
             Serial.for_both((a, b), scratch, first, second);
             return;
         }
@@ -354,6 +359,7 @@ impl Drop for Threads {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::runtime::threads::clock::now;
 
     /// Rounds of a test; fewer under Miri, which is slow.
     const ROUNDS: usize = if cfg!(miri) { 3 } else { 50 };
@@ -387,6 +393,28 @@ mod tests {
         assert_eq!(items.iter().sum::<i32>(), 19);
         threads.for_each(&mut items, |_, item| *item = 2);
         assert_eq!(items, [2; 20]);
+    }
+
+    /// Two jobs wait for each other, which one thread cannot run.
+    #[test]
+    fn helpers_work_on_after_a_panic() {
+        const PATIENCE: std::time::Duration = std::time::Duration::from_secs(20);
+        let threads = Threads::start(2).unwrap();
+        let mut items = [false; 2];
+        let outcome = catch_unwind(AssertUnwindSafe(|| {
+            threads.for_each(&mut items, |_, _| panic!("every job fails"));
+        }));
+        assert!(outcome.is_err());
+        let begun = AtomicUsize::new(0);
+        threads.for_each(&mut items, |_, item| {
+            begun.fetch_add(1, Ordering::AcqRel);
+            let start = now();
+            while begun.load(Ordering::Acquire) < 2 && start.elapsed() < PATIENCE {
+                std::thread::yield_now();
+            }
+            *item = begun.load(Ordering::Acquire) == 2;
+        });
+        assert_eq!(items, [true; 2], "both jobs at the same time");
     }
 
     #[test]
