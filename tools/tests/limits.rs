@@ -391,6 +391,11 @@ fn an_engines_memory_is_stated_before_it_is_made() {
         with(&|s| s.trace_spans = 1 << 20),
         with(&|s| s.block_frames = 4096),
         with(&|s| s.max_snapshot_paths = 16_384),
+        with(&|s| {
+            s.generation.listeners = 4;
+            s.max_paths = 16_384;
+            s.predictor = geometric;
+        }),
     ] {
         // Delay lines begin with 0.15 s.
         let mut first = settings.clone();

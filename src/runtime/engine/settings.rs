@@ -15,7 +15,7 @@ use crate::runtime::threads::workers::MAX_THREADS;
 pub const MAX_SOURCES: usize = 4096;
 
 // Measured; `tools/tests/limits.rs` compares them with what is allocated.
-/// Bytes of a path of an update.
+/// Bytes of a path of an update for one listener.
 const PATH_BYTES: usize = 230;
 /// Further bytes of one whose candidates the geometric predictor keeps.
 const CANDIDATE_BYTES: usize = 3950;
@@ -174,7 +174,9 @@ impl EngineSettings {
             PredictorKind::Hold | PredictorKind::Linear => PATH_BYTES,
         };
         [
-            self.max_paths.saturating_mul(path_bytes),
+            self.max_paths
+                .saturating_mul(path_bytes)
+                .saturating_mul(self.generation.listeners),
             self.source_limit().saturating_mul(SOURCE_BYTES),
             self.trace_spans.saturating_mul(SPAN_BYTES),
             ENGINE_BYTES,
