@@ -17,7 +17,7 @@ use foresound::scene::{
     InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings, SourceExtent,
     SourceId, SourcePose, procedural,
 };
-use glam::{Quat, Vec3};
+use glam::{DAffine3, DVec3, Quat, Vec3};
 
 #[path = "../tools/src/command_line/counting.rs"]
 mod counting;
@@ -214,6 +214,48 @@ fn sources_are_rendered_apart_without_allocation() {
     assert_eq!(operations, 0);
     assert!(both.iter().any(|sample| *sample != 0.0));
     assert!(own > 1000, "{own}");
+}
+
+/// Direct sound at many edges has more paths than updates of one path.
+#[test]
+fn small_updates_near_edges_need_no_allocation() {
+    let mut settings = settings();
+    settings.max_paths = 1;
+    settings.generation.listeners = 2;
+    settings.schedule = EngineSchedule::Synchronous;
+    settings.frame_time = FrameTime::Fixed(1.0 / 60.0);
+    let (mut controller, mut renderer) = Engine::new(settings).expect("an engine");
+    let mut mesh = procedural::shoebox(Vec3::new(9.0, 3.0, 9.0), "concrete");
+    for n in 0..25 {
+        let at = DVec3::new(2.0 + f64::from(n % 5), 0.0, 2.0 + f64::from(n / 5));
+        let pillar = procedural::shoebox(Vec3::new(0.2, 2.5, 0.2), "concrete");
+        let placed = mesh.append(&pillar, &DAffine3::from_translation(at));
+        placed.expect("a good mesh");
+    }
+    let table = MaterialTable::built_in();
+    let scene = Scene::commit(&mesh, &table, &SceneSettings::default()).expect("a scene");
+    controller.set_scene(Arc::new(scene)).expect("accepted");
+    let position = |n: usize| Vec3::new(1.5 + 0.8 * n as f32, 1.0, 8.0);
+    let ids: Vec<SourceId> = (0..SOURCES)
+        .map(|n| controller.add_source(position(n)).expect("a slot"))
+        .collect();
+    let mut block = vec![0.0; 2 * 735];
+    let (mut operations, mut most) = (0, 0);
+    for frame in 0..60 {
+        let at = Vec3::new(1.5 + 0.1 * frame as f32, 1.5, 1.0);
+        let listener = ListenerPose::facing(at, 0.0);
+        controller.set_listener(1, listener).expect("a good pose");
+        controller.tick(listener, &[]).expect("a good pose");
+        let before = counting::operations();
+        renderer.render(&mut block);
+        operations += counting::operations() - before;
+        let numbers = controller.frame_numbers();
+        let paths = ids.iter().map(|id| numbers.paths(*id).len());
+        most = most.max(paths.sum());
+    }
+    assert_eq!(operations, 0);
+    // The direct ones, and three candidates of the predictor for each path of an update.
+    assert!(most > 3 + SOURCES, "{most}");
 }
 
 #[test]

@@ -17,6 +17,9 @@ use crate::propagation::endpoints::Endpoints;
 use crate::propagation::transmission::{is_blocked, unoccluded_path};
 use crate::scene::{ListenerPose, Scene};
 
+/// Greatest number of paths of a source's direct field: the straight one and edge waves.
+pub(crate) const MAX_DIRECT_PATHS: usize = 1 + MAX_DIRECT_EDGES;
+
 /// The field of one source where it was last computed.
 #[derive(Debug, Clone)]
 struct SourceField {
@@ -26,7 +29,7 @@ struct SourceField {
     field: DirectField,
     /// [`boundary_sides`] of its edges.
     sides: [u32; MAX_DIRECT_EDGES],
-    lines: [Option<PathLine>; 1 + MAX_DIRECT_EDGES],
+    lines: [Option<PathLine>; MAX_DIRECT_PATHS],
 }
 
 /// The last computed fields of all sources, in the order of the frame's sources.
@@ -43,7 +46,7 @@ impl DirectLines {
     /// Reserves capacity for this many sources. Control side.
     pub(super) fn reserve(&mut self, sources: usize) {
         self.fields.reserve(sources);
-        self.before.reserve(1 + MAX_DIRECT_EDGES);
+        self.before.reserve(MAX_DIRECT_PATHS);
     }
 
     /// Begins or resumes a graphics frame, which computes the fields of one source in [`ExtrapolationReach::every`].
@@ -143,7 +146,7 @@ impl DirectLines {
             used: frame,
             field: *field,
             sides,
-            lines: [None; 1 + MAX_DIRECT_EDGES],
+            lines: [None; MAX_DIRECT_PATHS],
         });
         (own.endpoints, own.used) = (*endpoints, frame);
         (own.field, own.sides) = (*field, sides);

@@ -21,6 +21,7 @@ pub mod tracking;
 mod wide_reflections;
 pub mod work_budget;
 
+pub(crate) use crate::extrapolation::direct_lines::MAX_DIRECT_PATHS;
 pub use crate::extrapolation::geometric::{GeometricSettings, PredictionTarget, PreparedUpdate};
 pub use crate::extrapolation::scene_pair::ScenePair;
 pub(crate) use crate::extrapolation::wide_reflections::MAX_WIDE_REFLECTIONS;

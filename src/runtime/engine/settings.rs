@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
-use crate::extrapolation::{PredictorKind, PredictorState};
+use crate::extrapolation::{MAX_DIRECT_PATHS, PredictorKind, PredictorState};
 use crate::generation::{GeneratorSettings, Hrtf, Layout};
 use crate::propagation::PropagationSettings;
 use crate::runtime::budget::Budget;
@@ -190,9 +190,10 @@ impl EngineSettings {
         self.max_sources.unwrap_or(self.generation.max_sources)
     }
 
-    /// Greatest number of paths of a graphics frame.
+    /// Greatest number of paths of a listener's graphics frame: those of the predictor, and the direct ones of each source.
     pub(super) fn max_frame_paths(&self) -> usize {
-        PredictorState::most_paths(self.max_paths) + self.generation.max_sources
+        let direct = self.generation.max_sources * MAX_DIRECT_PATHS;
+        PredictorState::most_paths(self.max_paths) + direct
     }
 
     /// The HRTF set of a layout; any in layouts without one.
