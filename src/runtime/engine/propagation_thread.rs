@@ -1,6 +1,7 @@
 //! The propagation thread: one step per new poses, asleep otherwise. Started, woken and stopped by the control side.
 //!
-//! A panic of a step is caught and ends the thread; the worker returns, to be used again with a new propagator.
+//! A panic of a step is caught and ends the thread; the worker returns, to be used again with a new propagator. It stays where a
+//! thread cannot be started, too.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -12,6 +13,7 @@ use super::settings::{EngineSchedule, EngineSettings};
 use super::worker::Worker;
 use crate::error::{Error, Result};
 use crate::propagation::Workers;
+use crate::runtime::handover::atomic_box::AtomicBox;
 use crate::runtime::threads::affinity::{AffinityPolicy, ThreadRole, place_this_thread};
 use crate::runtime::threads::clock::now;
 use crate::runtime::threads::flush_to_zero::FlushToZero;
@@ -28,16 +30,22 @@ pub(super) enum Propagation {
     Virtual(Box<Worker>),
     /// On the propagation thread.
     Threaded {
-        thread: JoinHandle<Box<Worker>>,
+        thread: JoinHandle<Option<Box<Worker>>>,
         stop: Arc<AtomicBool>,
     },
-    /// Lost: the thread could not be started or joined.
+    /// Not started yet, or a thread could not be started.
+    Idle(Box<Worker>),
+    /// Lost: the thread panicked outside of a step.
     Lost,
 }
 
 impl Propagation {
-    /// Starts a worker by the schedule.
-    pub(super) fn start(mut worker: Box<Worker>, settings: &EngineSettings) -> Result<Self> {
+    /// Starts the worker by the schedule, after the current step of an earlier start. After an error it is idle.
+    pub(super) fn start(&mut self, settings: &EngineSettings) -> Result<()> {
+        let Some(mut worker) = self.stop() else {
+            let advice = "make another engine";
+            return Err(Error::engine("propagation was lost", advice));
+        };
         worker
             .metrics
             .propagation_failed
@@ -48,25 +56,50 @@ impl Propagation {
             EngineSchedule::Asynchronous => 1,
         };
         if worker.threads.count() != tracers {
-            worker.threads = Threads::start(tracers)?;
+            match Threads::start(tracers) {
+                Ok(threads) => worker.threads = threads,
+                Err(error) => {
+                    *self = Self::Idle(worker);
+                    return Err(error);
+                }
+            }
         }
-        if worker.synchronous {
-            return Ok(Self::Inline(worker));
-        }
-        if worker.virtual_arrivals.is_some() {
-            return Ok(Self::Virtual(worker));
-        }
+        *self = match worker.virtual_arrivals {
+            _ if worker.synchronous => Self::Inline(worker),
+            Some(_) => Self::Virtual(worker),
+            None => return self.start_thread(worker, settings.affinity),
+        };
+        Ok(())
+    }
+
+    fn start_thread(&mut self, worker: Box<Worker>, policy: AffinityPolicy) -> Result<()> {
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
-        let policy = settings.affinity;
-        let thread = thread::Builder::new()
+        // The thread takes the worker out: what a thread that does not start was given is lost.
+        let handed = Arc::new(AtomicBox::new(Some(worker)));
+        let taken = Arc::clone(&handed);
+        let started = thread::Builder::new()
             .name("foresound-propagation".into())
-            .spawn(move || run(worker, &stopped, policy))
-            .map_err(|error| {
+            .spawn(move || Some(run(taken.take()?, &stopped, policy)));
+        match started {
+            Ok(thread) => *self = Self::Threaded { thread, stop },
+            Err(error) => {
+                *self = handed.take().map_or(Self::Lost, Self::Idle);
                 let advice = "end some threads or use the synchronous schedule";
-                Error::engine(format!("no propagation thread: {error}"), advice)
-            })?;
-        Ok(Self::Threaded { thread, stop })
+                let problem = format!("no propagation thread: {error}");
+                return Err(Error::engine(problem, advice));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether no step follows until another start.
+    pub(super) fn has_ended(&self) -> bool {
+        match self {
+            Self::Inline(_) | Self::Virtual(_) => false,
+            Self::Threaded { thread, .. } => thread.is_finished(),
+            Self::Idle(_) | Self::Lost => true,
+        }
     }
 
     /// Signals new poses or a new propagator.
@@ -84,18 +117,18 @@ impl Propagation {
                 worker.virtual_tick();
             }
             Self::Threaded { thread, .. } => thread.thread().unpark(),
-            Self::Lost => {}
+            Self::Idle(_) | Self::Lost => {}
         }
     }
 
     /// Waits for the current step and returns the worker; `None` if it is lost.
     pub(super) fn stop(&mut self) -> Option<Box<Worker>> {
         match std::mem::replace(self, Self::Lost) {
-            Self::Inline(worker) | Self::Virtual(worker) => Some(worker),
+            Self::Inline(worker) | Self::Virtual(worker) | Self::Idle(worker) => Some(worker),
             Self::Threaded { thread, stop } => {
                 stop.store(true, Ordering::Release);
                 thread.thread().unpark();
-                thread.join().ok()
+                thread.join().ok().flatten()
             }
             Self::Lost => None,
         }

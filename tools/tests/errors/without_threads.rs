@@ -4,9 +4,9 @@
 use std::process::Command;
 
 use foresound::runtime::{
-    AffinityPolicy, Engine, EngineSchedule, NullDevice, SoundThread, Threads,
+    AffinityPolicy, Engine, EngineSchedule, EngineState, NullDevice, SoundThread, Threads,
 };
-use foresound::scene::{MaterialTable, SceneSettings};
+use foresound::scene::{ListenerPose, MaterialTable, SceneSettings};
 
 use crate::Errors;
 use crate::engine::small;
@@ -55,10 +55,17 @@ fn is_run_without_threads() {
     errors.of("a scene", built);
     let device = NullDevice::start(16_000, 64, AffinityPolicy::None, |_| ());
     errors.of("a device", device.map(drop));
+    // The schedule stays, and propagation goes on by it.
+    for what in ["propagation", "propagation again"] {
+        let result = controller.set_schedule(EngineSchedule::Asynchronous);
+        errors.of(what, result);
+        assert_eq!(controller.state(), EngineState::Running);
+        let updates = controller.statistics().propagation.count;
+        let ticked = controller.tick(ListenerPose::default(), &[]);
+        ticked.expect("a good pose");
+        assert_eq!(controller.statistics().propagation.count, updates + 1);
+    }
     errors.of("a sound thread", SoundThread::start(renderer, 2).map(drop));
-    let result = controller.set_schedule(EngineSchedule::Asynchronous);
-    errors.of("propagation", result);
-    errors.of("propagation again", controller.restart());
     for line in errors.0 {
         println!("{MARK}{line}");
     }

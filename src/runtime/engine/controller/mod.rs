@@ -51,7 +51,8 @@ pub enum EngineState {
     Running,
     /// Silent until [`Controller::resume`].
     Paused,
-    /// Propagation panicked: sound continues with its last paths and live direct paths until [`Controller::restart`].
+    /// Propagation panicked, or its threads could not be started: sound continues with its last paths and live direct paths until
+    /// [`Controller::restart`].
     PropagationFailed,
     /// The renderer was dropped. Make another engine.
     RendererGone,
@@ -118,13 +119,18 @@ impl Controller {
     ) -> Result<Self> {
         let (sources, slots) = (settings.source_limit(), settings.generation.max_sources);
         let release_s = release_s(settings.block_frames, settings.generation.rate_hz);
+        let interruption = Arc::clone(&worker.interruption);
+        let expected = Arc::clone(&worker.expected);
+        let scene = Arc::clone(worker.propagator.scene());
+        let mut propagation = Propagation::Idle(worker);
+        propagation.start(&settings)?;
         Ok(Self {
             jump_watch: JumpWatch::default(),
-            interruption: Arc::clone(&worker.interruption),
-            expected: Arc::clone(&worker.expected),
+            interruption,
+            expected,
             turn_watch: TurnWatch::default(),
-            scene: Arc::clone(worker.propagator.scene()),
-            propagation: Propagation::start(worker, &settings)?,
+            scene,
+            propagation,
             builder: SceneBuilder::default(),
             instances: Vec::new(),
             sources: SourceTable::new(sources),
@@ -391,7 +397,8 @@ impl Controller {
         let metrics = &self.channels.metrics;
         if self.channels.source_changes.is_abandoned() {
             EngineState::RendererGone
-        } else if metrics.propagation_failed.load(Ordering::Acquire) {
+        } else if metrics.propagation_failed.load(Ordering::Acquire) || self.propagation.has_ended()
+        {
             EngineState::PropagationFailed
         } else if self.paused {
             EngineState::Paused

@@ -6,7 +6,6 @@ use super::Controller;
 use crate::error::{Error, Result};
 use crate::extrapolation::PredictorKind;
 use crate::propagation::{PropagationSettings, Propagator};
-use crate::runtime::engine::propagation_thread::Propagation;
 use crate::runtime::engine::settings::EngineSchedule;
 use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 
@@ -101,30 +100,27 @@ impl Controller {
     /// Sets when propagation runs. Waits for the current update.
     ///
     /// # Errors
-    /// [`Error::Engine`] if no thread can be started.
+    /// [`Error::Engine`] or [`Error::Setting`] if no thread can be started: the schedule stays.
     pub fn set_schedule(&mut self, schedule: EngineSchedule) -> Result<()> {
         if schedule == self.settings.schedule {
             return Ok(());
         }
-        self.settings.schedule = schedule;
-        self.start_propagation()
+        let before = std::mem::replace(&mut self.settings.schedule, schedule);
+        let started = self.propagation.start(&self.settings);
+        if started.is_err() {
+            self.settings.schedule = before;
+            // If this fails as well, the state says so.
+            let _ = self.propagation.start(&self.settings);
+        }
+        started
     }
 
     /// Restarts propagation after [`super::EngineState::PropagationFailed`]. Waits for the current update.
     ///
     /// # Errors
-    /// [`Error::Engine`] if no thread can be started.
+    /// [`Error::Engine`] or [`Error::Setting`] if no thread can be started: the state stays, and another call tries again.
     pub fn restart(&mut self) -> Result<()> {
         self.set_propagator(Arc::clone(&self.scene), self.settings.propagation)?;
-        self.start_propagation()
-    }
-
-    fn start_propagation(&mut self) -> Result<()> {
-        let Some(worker) = self.propagation.stop() else {
-            let advice = "make another engine";
-            return Err(Error::engine("propagation was lost", advice));
-        };
-        self.propagation = Propagation::start(worker, &self.settings)?;
-        Ok(())
+        self.propagation.start(&self.settings)
     }
 }
