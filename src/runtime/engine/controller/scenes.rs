@@ -1,6 +1,7 @@
 //! Scene, propagation settings and schedule.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use super::Controller;
 use crate::error::{Error, Result};
@@ -104,6 +105,14 @@ impl Controller {
     pub fn set_schedule(&mut self, schedule: EngineSchedule) -> Result<()> {
         if schedule == self.settings.schedule {
             return Ok(());
+        }
+        if self
+            .channels
+            .metrics
+            .propagation_failed
+            .load(Ordering::Acquire)
+        {
+            self.set_propagator(Arc::clone(&self.scene), self.settings.propagation)?;
         }
         let before = std::mem::replace(&mut self.settings.schedule, schedule);
         let started = self.propagation.start(&self.settings);
