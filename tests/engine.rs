@@ -235,6 +235,23 @@ fn a_sources_orientation_is_normalised() {
 }
 
 #[test]
+fn a_call_for_no_audio_frames_is_no_block() {
+    let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
+    run(&mut controller, &mut renderer, Vec3::ZERO, 2);
+    let before = controller.statistics();
+    for _ in 0..10 {
+        // One sample is no frame of two channels.
+        let report = renderer.render(&mut [0.0; 1]);
+        assert_eq!((report.frames, report.missed_deadline), (0, false));
+    }
+    let after = controller.statistics();
+    assert_eq!(after.blocks, before.blocks);
+    assert_eq!(after.missed_deadlines, before.missed_deadlines);
+    drop(controller);
+    assert!(renderer.render(&mut []).controller_dropped);
+}
+
+#[test]
 fn empty_clips_and_dry_streams_are_silence() {
     let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
     let id = controller.add_source(Vec3::X).expect("a slot");

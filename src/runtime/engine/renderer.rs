@@ -294,15 +294,18 @@ impl Renderer {
         report
     }
 
-    /// Completes the report of a call or of a block that took `elapsed`, and counts it.
+    /// Completes the report of a call or of a block that took `elapsed`, and counts it unless it has no frames: no sound was due
+    /// then.
     fn complete(&mut self, report: &mut RenderReport, started: Instant, elapsed: Duration) {
         let metrics = &self.parts.metrics;
-        let lasts_s = f64::from(report.frames) / f64::from(self.rate_hz());
-        report.missed_deadline = elapsed.as_secs_f64() > lasts_s;
         report.extrapolation_level = metrics.extrapolation_level.load(Ordering::Relaxed);
         report.controller_dropped = self.parts.frames.is_abandoned();
-        self.core_share +=
-            SHARE_WEIGHT * (elapsed.as_secs_f64() / lasts_s.max(1e-6) - self.core_share);
+        if report.frames == 0 {
+            return;
+        }
+        let lasts_s = f64::from(report.frames) / f64::from(self.rate_hz());
+        report.missed_deadline = elapsed.as_secs_f64() > lasts_s;
+        self.core_share += SHARE_WEIGHT * (elapsed.as_secs_f64() / lasts_s - self.core_share);
         let millicores = (1e3 * self.core_share) as u32;
         metrics
             .sound_millicores
