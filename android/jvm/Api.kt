@@ -61,6 +61,30 @@ private fun sourcesApart() {
     }
 }
 
+/** A pose that is refused costs neither the graphics frame nor what has moved in it. */
+private fun refusedListener() {
+    val options = EngineOptions(
+        maxSources = 1,
+        guideRays = 16,
+        sourceRays = 16,
+        schedule = Schedule.SYNCHRONOUS,
+        frameSeconds = 1.0 / 60.0,
+        listeners = 2,
+    )
+    val buffer = ByteBuffer.allocateDirect(2 * 800 * 4).order(ByteOrder.nativeOrder())
+    Engine(options).use { engine ->
+        val source = engine.addSource(0f, 0f, -2f)
+        engine.tick()
+        engine.takeNumbers()
+        source.set(0f, 0f, -200f)
+        engine.listeners[1].set(Float.NaN, 0f, 0f)
+        refuses<IllegalArgumentException> { engine.tick() }
+        repeat(3) { engine.render(buffer, 800) }
+        check(engine.takeNumbers() == 2) { "the frame is lost" }
+        check(source.paths().single().delaySeconds > 0.5) { "the source has not moved" }
+    }
+}
+
 /** Calls every function of the Kotlin interface on a host. One argument: the folder of the repository's assets. */
 fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
     val context = Context(File(arguments[0]))
@@ -216,6 +240,7 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
         refuses<IllegalStateException> { engine.tick() }
     }
     sourcesApart()
+    refusedListener()
     // A cancelled load may end a moment later.
     for (n in 0 until 100) if (Native.openHandles() != 0) Thread.sleep(50)
     check(Native.openHandles() == 0) { "${Native.openHandles()} handles are left open" }

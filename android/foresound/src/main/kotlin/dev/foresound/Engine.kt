@@ -79,7 +79,9 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
 
     /**
      * Submits one graphics frame: the listener and the sources that moved since the last one. Meant for one call a frame
-     * from the thread that draws: it does not wait for propagation or sound and does not allocate.
+     * from the thread that draws: it does not wait for propagation or sound and does not allocate. Throws
+     * [IllegalArgumentException] for a pose that is not finite or beyond 1,000 km; the frame is submitted nevertheless, with the last
+     * good poses.
      */
     @Synchronized
     fun tick() {
@@ -92,8 +94,21 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
                 count++
             }
         }
-        for (index in 1 until listeners.size) Native.engineSetListener(handle, index, listeners[index].pose.floats())
-        Native.engineTick(handle, frame, count)
+        var refused: RuntimeException? = null
+        for (index in 1 until listeners.size) {
+            try {
+                Native.engineSetListener(handle, index, listeners[index].pose.floats())
+            } catch (failure: RuntimeException) {
+                // The frame goes out in any case: what has moved is written once.
+                refused = refused ?: failure
+            }
+        }
+        try {
+            Native.engineTick(handle, frame, count)
+        } catch (failure: RuntimeException) {
+            refused = refused ?: failure
+        }
+        if (refused != null) throw refused
     }
 
     /** Replaces the scene; the old one is audible until the first update with the new one. [scene] may be closed then. */
