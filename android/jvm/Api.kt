@@ -85,6 +85,22 @@ private fun refusedListener() {
     }
 }
 
+/** A handle that fails leaves none of the others open, and does not end the thread that closes forgotten objects. */
+private fun failingHandles() {
+    val closed = Native.progressCreate()
+    Native.close(closed)
+    val open = Native.progressCreate()
+    refuses<IllegalStateException> { Handles(closed, open).close() }
+    refuses<IllegalStateException> { Native.close(open) }
+    for (handle in listOf(closed, Native.progressCreate())) {
+        Cleaner.watch(Any(), Handles(handle))
+        for (n in 0 until 20) {
+            System.gc()
+            Thread.sleep(10)
+        }
+    }
+}
+
 /** Calls every function of the Kotlin interface on a host. One argument: the folder of the repository's assets. */
 fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
     val context = Context(File(arguments[0]))
@@ -241,6 +257,7 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
     }
     sourcesApart()
     refusedListener()
+    failingHandles()
     // A cancelled load may end a moment later.
     for (n in 0 until 100) if (Native.openHandles() != 0) Thread.sleep(50)
     check(Native.openHandles() == 0) { "${Native.openHandles()} handles are left open" }

@@ -1,5 +1,6 @@
 package dev.foresound
 
+import android.util.Log
 import java.lang.ref.PhantomReference
 import java.lang.ref.ReferenceQueue
 import java.util.concurrent.ConcurrentHashMap
@@ -8,7 +9,7 @@ import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.async
 import kotlinx.coroutines.coroutineScope
 
-/** Handles of the library that belong to one object, closed once in their order. */
+/** Handles of the library that belong to one object, closed once in their order; one that fails leaves none of the others open. */
 internal class Handles(private vararg val handles: Long) {
     private var closed = false
 
@@ -27,7 +28,15 @@ internal class Handles(private vararg val handles: Long) {
     fun close() {
         if (closed) return
         closed = true
-        for (handle in handles) Native.close(handle)
+        var failed: RuntimeException? = null
+        for (handle in handles) {
+            try {
+                Native.close(handle)
+            } catch (failure: RuntimeException) {
+                failed = failed ?: failure
+            }
+        }
+        if (failed != null) throw failed
     }
 }
 
@@ -60,7 +69,12 @@ internal object Cleaner {
         while (true) {
             val entry = queue.remove() as Entry
             entries.remove(entry)
-            entry.handles.close()
+            try {
+                entry.handles.close()
+            } catch (failure: RuntimeException) {
+                // Nobody waits for it, and the objects after it are closed too.
+                Log.w("foresound", "a forgotten object was not closed", failure)
+            }
         }
     }
 }
