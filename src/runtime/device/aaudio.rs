@@ -175,7 +175,12 @@ impl Open {
         let granted_hz = u32::try_from(stream.sample_rate()).unwrap_or(0);
         if channels != CHANNELS as i32 || format != AudioFormat::PCM_Float || granted_hz != rate_hz
         {
-            return Err(open_error(AudioError::InvalidFormat));
+            let problem = format!(
+                "the device plays {channels} channels of {format:?} at {granted_hz} Hz instead of {CHANNELS} of PCM_Float at \
+                 {rate_hz} Hz"
+            );
+            let advice = "make the engine with the device's sample rate, or build with the feature oboe, which converts";
+            return Err(Error::engine(problem, advice));
         }
         let burst = stream.frames_per_burst().max(1);
         // The device may choose another size, which is read back. `ndk` 0.9 returns the new size as an error.
