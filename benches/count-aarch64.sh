@@ -58,12 +58,16 @@ for scene in "${scenes[@]}"; do
     done
 done
 for sources in 1 4 16; do
-    for motion in update walking moving; do
-        few=$(instructions $motion concert_hall "$sources" 4)
-        many=$(instructions $motion concert_hall "$sources" 20)
+    for motion in standing update walking moving; do
+        # Where all are at rest, updates are kept from the seventeenth without new rays on.
+        first=4
+        [ $motion != standing ] || first=24
+        few=$(instructions $motion concert_hall "$sources" $first)
+        many=$(instructions $motion concert_hall "$sources" $((first + 16)))
         # The mean of sixteen updates, one per ray rotation, in tenths of a million.
         tenths=$(((many - few) / 1600000))
+        case $motion in standing) name='and the listener at rest' ;; update) name='at rest' ;; *) name=$motion ;; esac
         printf 'concert_hall, %d sources %s: %d.%d million instructions an update\n' \
-            "$sources" "${motion/update/at rest}" $((tenths / 10)) $((tenths % 10))
+            "$sources" "$name" $((tenths / 10)) $((tenths % 10))
     done
 done

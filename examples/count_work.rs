@@ -3,7 +3,7 @@
 //! `count_work rays FOLDER SCENE SET PASSES` traces the rays written by `bench rays --dump FOLDER`, `PASSES` times;
 //! `count_work update SCENE SOURCES UPDATES [LISTENERS]` runs propagation updates for a listener walking at 1.4 m/s, or for several
 //! beside each other; with `walking` or `moving` instead of `update` its sources walk too, or stand metres elsewhere in every update,
-//! as in `bench update`; `count_work sound SCENE SOURCES UPDATES LISTENERS` runs the whole engine instead;
+//! as in `bench update`; with `standing` nothing moves; `count_work sound SCENE SOURCES UPDATES LISTENERS` runs the whole engine instead;
 //! `count_work direct SCENE SOURCES UPDATES` computes the direct field of twelve graphics frames after each of so many updates, as the
 //! default predictor does, and `count_work edges` only those updates; the scene
 //! `shoebox` has no edges. The difference of two runs with different counts excludes start-up (`benches/count-aarch64.sh`).
@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match arguments.as_slice() {
         ["rays", folder, scene, set, passes] => rays(folder, scene, set, passes.parse()?),
-        [motion @ ("update" | "walking" | "moving"), scene, sources, updates] => {
+        [motion @ ("update" | "standing" | "walking" | "moving"), scene, sources, updates] => {
             let ends = (sources.parse()?, updates.parse()?);
             update(scene, ends, 1, motion)
         }
@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         ["direct", scene, sources, updates] => direct(scene, sources.parse()?, updates.parse()?, 12),
         ["edges", scene, sources, updates] => direct(scene, sources.parse()?, updates.parse()?, 0),
-        _ => Err("arguments: rays FOLDER SCENE SET PASSES | update SCENE SOURCES UPDATES [LISTENERS] | walking SCENE SOURCES UPDATES | moving SCENE SOURCES UPDATES | sound SCENE SOURCES UPDATES LISTENERS | direct SCENE SOURCES UPDATES | edges SCENE SOURCES UPDATES".into()),
+        _ => Err("arguments: rays FOLDER SCENE SET PASSES | update SCENE SOURCES UPDATES [LISTENERS] | standing SCENE SOURCES UPDATES | walking SCENE SOURCES UPDATES | moving SCENE SOURCES UPDATES | sound SCENE SOURCES UPDATES LISTENERS | direct SCENE SOURCES UPDATES | edges SCENE SOURCES UPDATES".into()),
     }
 }
 
@@ -181,6 +181,7 @@ fn update(
         }
         for listener in 0..listeners {
             propagator.select_listener(listener);
+            let step = if motion == "standing" { 0 } else { step };
             propagator.update(&ear(walk, step, listener), &moved, time_s, &mut set);
         }
     }

@@ -108,6 +108,27 @@ fn updates_arrive_by_the_clock() {
     assert_eq!(arrivals, [0, 8, 11, 18, 21, 28]);
 }
 
+/// Where nothing moves updates keep what the last ones have found, for the same sound.
+#[test]
+fn at_rest_no_rays_are_cast() {
+    for schedule in [EngineSchedule::Asynchronous, EngineSchedule::Synchronous] {
+        let (mut engine, _) = engine(schedule, BEST, &[3]);
+        let standing = procedural::doorway().walk.standing;
+        let mut rays = [0; 200];
+        for (frame, rays) in rays.iter_mut().enumerate() {
+            // The head turns, and walks in the end.
+            let walked = 0.02 * frame.saturating_sub(180) as f32;
+            let listener = ListenerPose::facing(standing + Vec3::X * walked, 0.01 * frame as f32);
+            let result = engine.next_frame(listener, &[], |_| ());
+            result.expect("valid poses");
+            *rays = engine.controller().statistics().rays;
+        }
+        assert!(rays[..10].iter().all(|rays| *rays > 0), "{schedule:?}");
+        assert!(rays[160..180].iter().all(|rays| *rays == 0), "{schedule:?}");
+        assert!(rays[195..].iter().all(|rays| *rays > 0), "{schedule:?}");
+    }
+}
+
 /// Signal to noise of the estimate's best multiple, in dB, over both ears.
 fn si_snr_db(reference: &[f32], estimate: &[f32]) -> f64 {
     let product = |a: &[f32], b: &[f32]| -> f64 {

@@ -8,6 +8,7 @@ mod field;
 mod guide;
 mod guide_origins;
 mod listeners;
+mod rest;
 mod uncovered_occupants;
 
 use std::sync::Arc;
@@ -16,6 +17,7 @@ use glam::{DVec3, Vec3};
 
 use self::guide::{GuideCasts, GuideShare};
 use self::guide_origins::GuideOrigins;
+use self::rest::CommonInputs;
 use self::uncovered_occupants::UncoveredOccupants;
 use crate::error::Result;
 use crate::propagation::diffuse::{FieldRenewal, ListenerField, SceneField, VisibilityCells};
@@ -104,7 +106,12 @@ pub struct Propagator {
     /// Whether one was dropped since the field was last made.
     has_dropped_renewal: bool,
     uncovered: UncoveredOccupants,
+    /// The scene's revision, and since which search it is.
     resting_since: (u64, u64),
+    /// Of the last update, if it was a whole one.
+    last_inputs: Option<CommonInputs>,
+    /// Whether the last update had the results of the one before.
+    is_kept: bool,
     listener_field: ListenerField,
     predicted: Vec<PredictedPosition>,
     /// As given at creation.
@@ -113,6 +120,8 @@ pub struct Propagator {
     active_settings: PropagationSettings,
     quality: PropagationQuality,
     update: u64,
+    /// Updates that have searched, in which the ages of what is remembered are counted.
+    searches: u64,
     /// Chooses rotations: with several listeners the same for all.
     round: u64,
     /// Whether an update has had this number.
@@ -168,12 +177,15 @@ impl Propagator {
             has_dropped_renewal: false,
             uncovered: UncoveredOccupants::default(),
             resting_since: (0, 0),
+            last_inputs: None,
+            is_kept: false,
             listener_field: ListenerField::default(),
             predicted: Vec::new(),
             settings,
             active_settings: settings,
             quality: PropagationQuality::full(&settings),
             update: 0,
+            searches: 0,
             round: 0,
             is_round_begun: false,
             listener: 0,
@@ -316,13 +328,39 @@ impl Propagator {
         let ear = scene.to_local(listener.position);
         let mut cell_rays = 0;
         if self.resting_since.0 != scene_state {
-            self.resting_since = (scene_state, self.update);
+            self.resting_since = (scene_state, self.searches);
         }
         // A moving instance changes what listener and sources see of the field; the field itself follows when it rests.
-        let is_at_rest = self.update - self.resting_since.1 >= UPDATES_AT_REST;
+        let is_at_rest = self.searches - self.resting_since.1 >= UPDATES_AT_REST;
         cell_rays += self.renew_field(listener, sources, is_at_rest);
-        let scene = &*self.scene;
         let scope = std::mem::take(&mut self.scope);
+        let scene = &*self.scene;
+        let field = &self.field;
+        if !scope.skips_late {
+            let ear = ear.as_vec3();
+            cell_rays += self.cells.renew(scene, ear, scene_state);
+            let (own, cells) = (&mut self.listener_field, &self.cells);
+            cell_rays += own.renew(scene, field, ear, cells, scene_state);
+        }
+        cell_rays += self.guide_origins.renew(scene, ear.as_vec3(), scene_state);
+        let has_cast = cell_rays > 0;
+        for there in &mut self.predicted {
+            there.listener = scene.to_local(there.position);
+            let ear = there.listener.as_vec3();
+            cell_rays += there.cells.renew(scene, ear, scene_state);
+            let (own, cells) = (&mut there.field, &there.cells);
+            cell_rays += own.renew(scene, field, ear, cells, scene_state);
+        }
+        self.is_kept = self.keep_sources_at_rest(listener, sources, (&scope, has_cast));
+        if self.is_kept {
+            let count = self.predicted.len();
+            for task in &mut self.tasks[..sources.len()] {
+                task.keep(count, time_s);
+            }
+            self.finish((listener, sources, time_s), (scope, 0), result);
+            return;
+        }
+        let (scene, field) = (&*self.scene, &self.field);
         let depth = scope.depth(self.active_settings.depth);
         let most = self.guide_directions.len() as u32;
         let count = scope.guide_rays.map_or(most, |count| count.min(most));
@@ -335,20 +373,6 @@ impl Propagator {
             }
             false => &self.guide_directions,
         };
-        let field = &self.field;
-        if !scope.skips_late {
-            let ear = ear.as_vec3();
-            cell_rays += self.cells.renew(scene, ear, scene_state);
-            let (own, cells) = (&mut self.listener_field, &self.cells);
-            cell_rays += own.renew(scene, field, ear, cells, scene_state);
-        }
-        for there in &mut self.predicted {
-            there.listener = scene.to_local(there.position);
-            let ear = there.listener.as_vec3();
-            cell_rays += there.cells.renew(scene, ear, scene_state);
-            let (own, cells) = (&mut there.field, &there.cells);
-            cell_rays += own.renew(scene, field, ear, cells, scene_state);
-        }
         if self.nearby_m.is_some() {
             self.energies.renew(scene);
         }
@@ -356,7 +380,6 @@ impl Propagator {
             scene,
             settings: &self.active_settings,
             quality: &self.quality,
-            update: self.update,
             round: self.round,
             listeners,
             scene_state,
@@ -375,7 +398,6 @@ impl Propagator {
             scope: &scope,
             depth,
         };
-        cell_rays += self.guide_origins.renew(scene, ear.as_vec3(), scene_state);
         let guide_casts = GuideCasts::due(
             (&self.history, &self.guide_origins),
             self.round,
@@ -403,13 +425,13 @@ impl Propagator {
             },
         );
         if workers.is_interrupted() {
-            self.update += 1;
+            self.abandon();
             return;
         }
         // After a jump few rays are cast, which stand for no rotation.
         let is_whole = count == most && depth == self.active_settings.depth;
         let visit = Visit {
-            update: self.update,
+            update: self.searches,
             listener: ear.as_vec3(),
         };
         guide_casts.remember(&self.shares, is_whole, visit, &mut self.history);
@@ -469,15 +491,45 @@ impl Propagator {
             |_, (), _| (),
         );
         if workers.is_interrupted() {
-            self.update += 1;
+            self.abandon();
             return;
         }
+        let has_cast = self.shares.iter().any(|share| share.rays > 0);
+        for task in &mut self.tasks[..sources.len()] {
+            task.end_update(has_cast);
+        }
+        self.searches += 1;
+        self.finish((listener, sources, time_s), (scope, cell_rays), result);
+    }
+
+    /// Whether the last update had the results of the one before, without a search: nothing had changed for many updates.
+    pub(crate) fn is_kept(&self) -> bool {
+        self.is_kept
+    }
+
+    /// Ends an update with the results of its tasks, and rays besides theirs.
+    fn finish(
+        &mut self,
+        (listener, sources, time_s): (&ListenerPose, &[SourcePose], f64),
+        (scope, rays): (UpdateScope, u64),
+        result: &mut PathSet,
+    ) {
         self.collect(sources, result);
-        result.rays += cell_rays;
+        result.rays += rays;
+        if self.is_kept {
+            result.rays = 0;
+        }
         result.update = self.update;
         result.time_s = time_s;
         result.listener = *listener;
         result.scope = scope;
+        self.update += 1;
+    }
+
+    /// Ends an interrupted update.
+    fn abandon(&mut self) {
+        self.last_inputs = None;
+        self.searches += 1;
         self.update += 1;
     }
 

@@ -4,6 +4,7 @@
 mod listener_part;
 mod near_casts;
 mod query;
+mod rest;
 mod state;
 
 use glam::{DVec3, Vec3};
@@ -34,6 +35,7 @@ use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 use listener_part::ListenerPart;
 use near_casts::NearCasts;
 use query::SourceQuery;
+use rest::SourceRest;
 
 /// Most rotations that a moving source recasts in an update without nearby paths: as many as a source at rest. A walking source
 /// leaves one of its ray origins every tenth of a second.
@@ -75,7 +77,6 @@ pub(super) struct UpdateContext<'a> {
     pub(super) scene: &'a Scene,
     pub(super) settings: &'a PropagationSettings,
     pub(super) quality: &'a PropagationQuality,
-    pub(super) update: u64,
     /// Number of the round in which each listener has its turn, which chooses rotations: of one listener the update's.
     pub(super) round: u64,
     /// Number of listeners.
@@ -189,6 +190,13 @@ pub(super) struct SourceTask {
     /// Late energy at the predicted positions, in their order.
     pub(super) predicted_late: Vec<LateEstimate>,
     pub(super) rays: u64,
+    /// Whether rays of a rotation were cast in the last update.
+    has_cast: bool,
+    pub(super) rest: SourceRest,
+    /// Whether this update keeps the results of the one before.
+    pub(super) is_kept: bool,
+    /// Number of those that did not, in which the ages of valid sequences are counted.
+    searches: u64,
 }
 
 impl SourceTask {
@@ -201,7 +209,13 @@ impl SourceTask {
         pose: &SourcePose,
         scratch: &mut Scratch,
     ) {
+        if self.is_kept {
+            self.keep(context.predicted.len(), context.time_s);
+            return;
+        }
+        self.searches += 1;
         self.rays = 0;
+        self.has_cast = false;
         let is_new = self.latest_late.is_none();
         self.is_searched = is_new || context.scope.has_source(self.id);
         self.keeps_others = context.scope.only_planes && !is_new;
@@ -394,6 +408,7 @@ impl SourceTask {
                         fixed_since: context.fixed_since,
                     };
                     let is_new = self.late.cast_rays(scene, &source_rays, scratch, rays);
+                    self.has_cast |= is_new;
                     left_near -= usize::from(is_new && is_near);
                     left -= usize::from(is_new || !moves || is_cast);
                     if left == 0 {
@@ -427,6 +442,9 @@ impl SourceTask {
         pose: &SourcePose,
         scratch: &mut Scratch,
     ) {
+        if self.is_kept {
+            return;
+        }
         let update = &context.update;
         if !self.is_searched {
             self.nearby.clear();
@@ -464,7 +482,7 @@ impl SourceTask {
             .settings
             .cache_updates
             .saturating_mul(update.listeners);
-        self.cache.end_update(update.update, max_age);
+        self.cache.end_update(self.searches, max_age);
     }
 
     fn validate_candidates(
@@ -490,7 +508,7 @@ impl SourceTask {
         self.validate(query, scratch);
         scratch.valid.sort_unstable_by_key(|(index, _)| *index);
         for (_, sequence) in scratch.valid.drain(..) {
-            self.cache.insert(sequence, context.update.update);
+            self.cache.insert(sequence, self.searches);
         }
     }
 

@@ -31,6 +31,7 @@ impl Propagator {
     pub fn set_listener_count(&mut self, count: usize) {
         let count = count.clamp(1, MAX_LISTENERS);
         self.select_listener(0);
+        self.last_inputs = None;
         self.listeners.clear();
         if count > 1 {
             self.listeners.resize_with(count, ListenerState::default);

@@ -4,6 +4,7 @@
 use super::SourceTask;
 use super::listener_part::ListenerPart;
 use super::near_casts::NearCasts;
+use super::rest::SourceRest;
 use crate::propagation::diffraction::{LastSearch, NearEdges};
 use crate::propagation::diffuse::{LateEstimator, ListenerView};
 use crate::propagation::image_source::nearby_gate::NearbyGate;
@@ -41,6 +42,10 @@ impl SourceTask {
             latest_late: None,
             predicted_late: Vec::new(),
             rays: 0,
+            has_cast: false,
+            rest: SourceRest::default(),
+            is_kept: false,
+            searches: 0,
         }
     }
 
@@ -62,6 +67,7 @@ impl SourceTask {
         self.parts.clear();
         (self.cast_in, self.jumped_in) = (None, None);
         self.near_casts = NearCasts::default();
+        self.rest = SourceRest::default();
     }
 
     /// Takes up the state of a listener, whose turn it is. Allocates in its first turn.

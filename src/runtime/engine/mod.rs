@@ -159,6 +159,7 @@ impl Engine {
             governor: Governor::default(),
             quality: Governor::default().active_quality(&settings.propagation, settings.max_paths),
             last_time_s: None,
+            search_time: std::time::Duration::ZERO,
             device_hints: DeviceHints::new(settings.device_hints),
             epoch,
             snapshots: shown_sender,

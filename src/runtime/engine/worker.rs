@@ -68,6 +68,8 @@ pub(super) struct Worker {
     pub(super) quality: ActiveQuality,
     /// Time of the poses of the last update, in seconds.
     pub(super) last_time_s: Option<f64>,
+    /// Time of the last update that searched.
+    pub(super) search_time: Duration,
     /// Thermal and performance hints, timed since `epoch`.
     pub(super) device_hints: DeviceHints,
     pub(super) epoch: Instant,
@@ -210,10 +212,14 @@ impl Worker {
         self.metrics
             .rays
             .store(message.paths.rays, Ordering::Relaxed);
-        self.timing.observe(kind, elapsed.as_secs_f64());
-        self.govern(&world, elapsed);
+        // At rest an update keeps the results of the one before. Its time says nothing about the next one that searches.
+        if !self.propagator.is_kept() {
+            self.timing.observe(kind, elapsed.as_secs_f64());
+            self.search_time = elapsed;
+        }
+        self.govern(&world, self.search_time);
         let rest = Duration::from_secs_f64(self.governor.pause_s());
-        message.interval_s = (elapsed + rest).as_secs_f64();
+        message.interval_s = (self.search_time + rest).as_secs_f64();
         message.synchronous = self.synchronous;
         message.extrapolator = self.extrapolator.take();
         message.scenes = self.scenes.take();

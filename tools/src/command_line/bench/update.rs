@@ -36,6 +36,12 @@ pub(crate) struct Arguments {
     /// Move the sources at a walker's pace, to and fro: few rays of the cache are cast again.
     #[arg(long, conflicts_with = "moving_sources")]
     walking_sources: bool,
+    /// Most sources that walk; the others are at rest.
+    #[arg(long, value_name = "N", requires = "walking_sources")]
+    walkers: Option<usize>,
+    /// Keep the listener where its walk begins.
+    #[arg(long)]
+    standing: bool,
     /// The predictor that the updates are for, `hold` or `best`.
     #[arg(long, default_value = "hold")]
     predictor: String,
@@ -69,17 +75,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut set = PathSet::default();
     let (mut paths, mut rays, mut digest) = (0, 0, 0);
     let mut moved = sources.clone();
+    let walkers = arguments.walkers.unwrap_or(moved.len()).min(moved.len());
     let mut look_ahead = LookAhead::new(predictor);
     for step in 0..arguments.updates {
         if arguments.moving_sources {
             step_aside(&mut moved, &sources, step);
         }
         if arguments.walking_sources {
-            stroll(&mut moved, &sources, step);
+            stroll(&mut moved[..walkers], &sources, step);
         }
+        let ear = walk.ear(if arguments.standing { 0 } else { step });
         boxes.move_on(&mut propagator, step);
-        look_ahead.ask(&mut propagator, &walk.ear(step), &moved);
-        propagator.update_with(&threads, &walk.ear(step), &moved, time_s(step), &mut set);
+        look_ahead.ask(&mut propagator, &ear, &moved);
+        propagator.update_with(&threads, &ear, &moved, time_s(step), &mut set);
         digest = digested(digest, &set);
         paths += set.paths.len();
         rays += set.rays;
@@ -93,6 +101,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         "threads": arguments.threads,
         "moving_sources": arguments.moving_sources,
         "walking_sources": arguments.walking_sources,
+        "walkers": if arguments.walking_sources { walkers } else { 0 },
+        "standing": arguments.standing,
         "predictor": predictor.name(),
         "instances": arguments.instances,
         "bends": arguments.diffraction_order,
