@@ -39,7 +39,8 @@ int main(int count, char **arguments) {
     must(foresound_source_play(engine, voice, clip, 1));
     must(foresound_close(clip));
 
-    /* Two seconds of 60 graphics frames. In a game the audio callback renders, or foresound_output_start plays. */
+    /* Two seconds of 60 graphics frames. In a game the audio callback renders. On Android foresound_output_start plays
+     * instead; elsewhere it opens a null device, which is silent. */
     static float block[2 * 800];
     FILE *out = fopen(arguments[3], "wb");
     if (!out) return 3;

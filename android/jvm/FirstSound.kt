@@ -10,9 +10,12 @@ import dev.foresound.Source
 import kotlin.math.cos
 import kotlin.math.sin
 
-/** A hall with a fountain and a door. [deviceRate] is `AudioManager.PROPERTY_OUTPUT_SAMPLE_RATE`. */
-class Hall(deviceRate: Int) : AutoCloseable {
-    private val engine = Engine(EngineOptions(rateHz = deviceRate))
+/**
+ * A hall with a fountain and a door. [deviceRate] is `AudioManager.PROPERTY_OUTPUT_SAMPLE_RATE`, null if the device has none.
+ * The built-in HRTF set has 44,100 and 48,000 Hz; for other devices the system converts.
+ */
+class Hall(deviceRate: Int?) : AutoCloseable {
+    private val engine = Engine(EngineOptions(rateHz = if (deviceRate == 44_100) 44_100 else 48_000))
     private lateinit var fountain: Source
     private lateinit var door: Instance
 
