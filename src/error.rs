@@ -15,7 +15,7 @@ impl PartialEq for Cause {
     }
 }
 
-/// An error of the control side: what is wrong, where, and how to fix it. The text is one line; ERRORS.md lists all.
+/// An error of the control side: what is wrong, where, and how to fix it. The text is one line; ERRORS.md lists them.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
