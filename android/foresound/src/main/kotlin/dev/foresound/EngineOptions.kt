@@ -56,9 +56,13 @@ class EngineOptions @JvmOverloads constructor(
     var rateHz: Int = 48_000,
     /** Maximum number of sources, 1 to 4,096. */
     var maxSources: Int = 16,
+    /** Audio frames a block, 32 to 4,096. */
     var blockFrames: Int? = null,
+    /** Maximum number of paths rendered at once, 1 to 16,384. */
     var maxVoices: Int? = null,
+    /** Rays from the listener an update, 1 to 65,536. */
     var guideRays: Int? = null,
+    /** Rays from each source an update, 1 to 65,536. */
     var sourceRays: Int? = null,
     /** Maximum reflection order, 0 to 4. */
     var depth: Int? = null,
@@ -79,17 +83,19 @@ class EngineOptions @JvmOverloads constructor(
     var maxMemoryMib: Int? = null,
     /** Sources with a slot of their own, 1 to 256; null: as many as [maxSources], at most 256. */
     var sourceSlots: Int? = null,
-    /** Paths rendered in full detail. */
+    /** Number of the loudest paths, of those rendered, that are rendered in full detail; at most [maxVoices]. */
     var fineVoices: Int? = null,
-    /** Maximum number of paths of an update. */
+    /** Maximum number of paths of an update, 1 to 16,384. */
     var maxPaths: Int? = null,
     /** Maximum number of edges that a path is diffracted at, 0 to 2. */
     var diffractionOrder: Int? = null,
-    /** Threads of an update in the synchronous schedule, the calling one included. */
+    /** Threads of an update in the synchronous schedule, the calling one included, 1 to 64. */
     var tracingThreads: Int? = null,
     /** Whether the work of a graphics frame is spread over its blocks. */
     var evenBlocks: Boolean = true,
+    /** Whether there is late reverb. */
     var lateReverb: Boolean = true,
+    /** Whether a limiter keeps peaks below [ceilingDb]. */
     var limiter: Boolean = true,
     /** Ceiling of the limiter in dB re full scale, -60 to 0. */
     var ceilingDb: Float? = null,
@@ -99,8 +105,9 @@ class EngineOptions @JvmOverloads constructor(
     var maxDelaySeconds: Double? = null,
     /** Whether both ears receive the same signal, without an HRTF set. */
     var withoutHrtf: Boolean = false,
-    /** Cores for [Affinity.CHOSEN_CORES]. */
+    /** Core of the propagation thread for [Affinity.CHOSEN_CORES]. */
     var propagationCore: Int = 0,
+    /** Core of the audio thread for [Affinity.CHOSEN_CORES]. */
     var audioCore: Int = 0,
     /** Seed of the ray directions. */
     var seed: Int? = null,

@@ -174,14 +174,20 @@ class Scene private constructor(handle: Long) : Resource(handle) {
 
 /** Properties of a scene. */
 class SceneInfo internal constructor(numbers: DoubleArray) {
+    /** Triangles of the mesh. */
     val trianglesIn = numbers[Index.TRIANGLES_IN].toLong()
+    /** Triangles kept: finite, with an area. */
     val triangles = numbers[Index.TRIANGLES].toLong()
+    /** Plane surfaces that they form. */
     val surfaces = numbers[Index.SURFACES].toLong()
     /** Materials that no table defines; they have the default's properties. */
     val unknownMaterials = numbers[Index.UNKNOWN_MATERIALS].toLong()
+    /** Memory of the scene in bytes. */
     val memoryBytes = numbers[Index.MEMORY_BYTES].toLong()
+    /** Speed of sound in metres a second. */
     val speedOfSoundMS = numbers[Index.SPEED_OF_SOUND_M_S]
-    /** Minimum and maximum coordinates in metres. */
+    /** Minimum coordinates in metres. */
     val boundsMinM = numbers.copyOfRange(Index.BOUNDS_MIN_M, Index.BOUNDS_MIN_M + 3)
+    /** Maximum coordinates in metres. */
     val boundsMaxM = numbers.copyOfRange(Index.BOUNDS_MAX_M, Index.BOUNDS_MAX_M + 3)
 }

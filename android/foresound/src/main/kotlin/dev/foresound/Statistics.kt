@@ -14,20 +14,27 @@ enum class EngineState {
 
 /** Percentiles of durations in seconds; zeros without a measurement. */
 class Percentiles internal constructor(numbers: DoubleArray, start: Int) {
+    /** Number of measurements. */
     val count = numbers[start + Native.Percentiles.COUNT].toLong()
+    /** Median in seconds. */
     val p50S = numbers[start + Native.Percentiles.P50_S]
+    /** Exceeded by one of twenty, in seconds. */
     val p95S = numbers[start + Native.Percentiles.P95_S]
+    /** Exceeded by one of a thousand, in seconds. */
     val p999S = numbers[start + Native.Percentiles.P999_S]
+    /** Longest in seconds. */
     val worstS = numbers[start + Native.Percentiles.WORST_S]
 }
 
 /** Statistics of an engine. Counts are since its creation. */
 class Statistics internal constructor(numbers: DoubleArray) {
+    /** State of the engine. */
     val state = EngineState.entries[numbers[Index.STATE].toInt()]
     /** Extrapolation level L in use. */
     val extrapolationLevel = numbers[Index.EXTRAPOLATION_LEVEL].toInt()
     /** Paths in the update in use. */
     val paths = numbers[Index.PATHS].toInt()
+    /** Number of sources. */
     val sources = numbers[Index.SOURCES].toInt()
     /** Quality level in use, 0 full detail to 5 the coarsest. */
     val qualityLevel = numbers[Index.QUALITY_LEVEL].toInt()
@@ -39,9 +46,11 @@ class Statistics internal constructor(numbers: DoubleArray) {
     val generation = Percentiles(numbers, Index.GENERATION)
     /** Durations of whole blocks. */
     val block = Percentiles(numbers, Index.BLOCK)
+    /** Render calls. */
     val blocks = numbers[Index.BLOCKS].toLong()
     /** Blocks that took longer than the duration of their sound. */
     val missedDeadlines = numbers[Index.MISSED_DEADLINES].toLong()
+    /** Propagation updates in use so far. */
     val updates = numbers[Index.UPDATES].toLong()
     /** The quietest paths, dropped beyond the limit of an update. */
     val trimmedPaths = numbers[Index.TRIMMED_PATHS].toLong()
