@@ -22,8 +22,8 @@ pub(super) struct CommonInputs {
 }
 
 impl Propagator {
-    /// Decides for each source whether the update keeps its results ([`SourceRest`](crate::propagation::source_task::SourceRest)).
-    /// Returns whether it keeps all.
+    /// Decides for each source whether the update keeps its results, as the state of rest in its task says. Returns
+    /// whether it keeps all.
     pub(super) fn keep_sources_at_rest(
         &mut self,
         listener: &ListenerPose,
