@@ -102,3 +102,83 @@ fn materials_of_instances_change_too_and_wrong_ones_are_refused() {
     let through = foresound::propagation::transmission::transmission(&scene, from, to, &mut 0);
     assert_eq!(through, Some([1.0; BANDS]), "a broken window");
 }
+
+/// A material that scatters everything may scatter less from now on, and one that is set to what it is changes no bit.
+#[test]
+fn scattering_may_fall_from_all_and_stays_to_the_bit() {
+    let scattering = |scattering: f32| Material {
+        scattering: [scattering; BANDS],
+        ..material("wall", 0.1, 0.0)
+    };
+    for before in [1.0, 0.999_999_9, 0.3, 0.1, 0.0] {
+        let mut scene = room(&scattering(before));
+        for after in [before, 0.1, 1.0, 0.0, 0.7, before] {
+            scene.set_material(&scattering(after)).expect("is there");
+            assert_eq!(scene.materials(), [scattering(after)], "from {before}");
+        }
+    }
+}
+
+/// A wall of small steps, flattened to a rough one beside smooth ones: as a scene and as a part of one.
+#[test]
+fn rough_surfaces_stay_as_rough() {
+    let wall = material("wall", 0.1, 0.0);
+    let mut mesh = procedural::shoebox(Vec3::new(6.0, 3.0, 5.0), "wall");
+    let number = mesh.material("wall");
+    let first = mesh.vertices.len() as u32;
+    // A grid of 10 cm in the middle of the room, whose corners are up to 1 cm off their plane.
+    let (columns, rows) = (30u32, 20u32);
+    for row in 0..=rows {
+        for column in 0..=columns {
+            let off = 0.01 * ((column * 7 + row * 13) % 5) as f32 / 4.0;
+            let at = Vec3::new(1.5 + 0.1 * column as f32, 0.5 + 0.1 * row as f32, 2.5 + off);
+            mesh.vertices.push(at);
+        }
+    }
+    for row in 0..rows {
+        for column in 0..columns {
+            let corner = first + row * (columns + 1) + column;
+            let above = corner + columns + 1;
+            for triangle in [[corner, corner + 1, above], [corner + 1, above + 1, above]] {
+                mesh.triangles.push(triangle);
+                mesh.triangle_materials.push(number);
+            }
+        }
+    }
+    let table = MaterialTable::from_materials(vec![wall.clone()]);
+    let scene = Scene::commit(&mesh, &table, &SceneSettings::default()).expect("a scene");
+    let specular = |of: &Material| of.scattering.map(|scattering| 1.0 - scattering);
+    let rough = scene.materials().last().expect("materials");
+    let [before, smooth] = [specular(rough), specular(&wall)];
+    assert!(before[7] < 0.9 * smooth[7], "{rough:?} is rough");
+    let after = Material {
+        scattering: [0.5; BANDS],
+        ..wall.clone()
+    };
+    let check = |changed: [f32; BANDS]| {
+        for b in 0..BANDS {
+            let kept = changed[b] / 0.5;
+            assert!((kept - before[b] / smooth[b]).abs() < 1e-5, "{changed:?}");
+        }
+    };
+    let mut changed = scene.clone();
+    changed.set_material(&after).expect("is there");
+    check(specular(changed.materials().last().expect("materials")));
+
+    // The part's wall is hit from in front, and so is the room's around it.
+    let mut outer = room(&material("wall", 0.2, 0.0));
+    let pose = InstancePose::at(InstanceId::default(), DVec3::ZERO);
+    outer.add_instance(Arc::new(scene), &pose).expect("a part");
+    outer.set_material(&after).expect("is there");
+    let specular_at = |from: Vec3, towards: Vec3| {
+        let ray = foresound::geometry::Ray::new(outer.to_local(from).as_vec3(), towards);
+        let hit = outer.closest_hit(&ray, [foresound::geometry::bvh::NO_GROUP; 2]);
+        let surface = outer.surface(hit.expect("a wall").group);
+        specular(outer.material_of(surface))
+    };
+    check(specular_at(Vec3::new(3.03, 1.52, 1.0), Vec3::Z));
+    assert_eq!(
+        specular_at(Vec3::new(0.5, 0.2, 1.0), Vec3::NEG_X),
+        [0.5; BANDS]
+    );
+}

@@ -4,6 +4,7 @@ use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BANDS, Material};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
+use crate::scene::committed::kept_roughness::{mirrored_share, roughened};
 
 impl Scene {
     /// Gives all surfaces of a material's name, those of instances included, another absorption, scattering and transmission:
@@ -22,22 +23,11 @@ impl Scene {
             let advice = "name a material of the scene or of an instance";
             return Err(Error::setting("material", problem, advice));
         }
-        // Rough surfaces have materials of the same name with more scattering.
-        let mut smooth = [1.0f32; BANDS];
-        for own in self.mesh.materials.iter().filter(has_name) {
-            for (least, scattering) in smooth.iter_mut().zip(own.scattering) {
-                *least = least.min(scattering);
-            }
-        }
         let mut materials = self.materials.to_vec();
         for (own, original) in materials.iter_mut().zip(&self.mesh.materials) {
-            if !has_name(&original) {
-                continue;
-            }
-            *own = material.clone();
-            for (b, scattering) in own.scattering.iter_mut().enumerate() {
-                let specular = (1.0 - original.scattering[b]) / (1.0 - smooth[b]).max(1e-6);
-                *scattering = 1.0 - (1.0 - *scattering) * specular.min(1.0);
+            if has_name(&original) {
+                let mirrored = mirrored_share(original, &self.mesh.materials);
+                *own = roughened(material, &mirrored);
             }
         }
         self.reflectances = materials.iter().map(Reflectance::of).collect();

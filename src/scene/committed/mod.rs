@@ -7,6 +7,7 @@
 mod blocks;
 mod changed_materials;
 pub mod instances;
+mod kept_roughness;
 pub mod saved;
 
 use std::sync::Arc;

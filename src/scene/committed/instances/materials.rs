@@ -3,19 +3,23 @@
 use super::Instances;
 use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BandArray, Material};
+use crate::scene::committed::kept_roughness::{mirrored_share, roughened};
 
 /// A material with its derived factors.
 #[derive(Debug, Clone)]
 struct PreparedMaterial {
     material: Material,
+    /// See [`mirrored_share`].
+    mirrored: BandArray,
     reflectance: Reflectance,
     transmission_factor: BandArray,
 }
 
 impl PreparedMaterial {
-    fn of(material: &Material) -> Self {
+    fn of(material: &Material, mirrored: BandArray) -> Self {
         Self {
             material: material.clone(),
+            mirrored,
             reflectance: Reflectance::of(material),
             transmission_factor: material.transmission_factor(),
         }
@@ -39,11 +43,13 @@ pub(super) struct InstanceMaterials {
 }
 
 impl InstanceMaterials {
-    /// The number of a material, which is added if it is new.
-    pub(super) fn index(&mut self, material: &Material) -> usize {
-        let known = self.entries.iter().position(|e| e.material == *material);
+    /// The number of a material, which is added if it is new; `of_part` are all of its part.
+    pub(super) fn index(&mut self, material: &Material, of_part: &[Material]) -> usize {
+        let mirrored = mirrored_share(material, of_part);
+        let is_it = |e: &PreparedMaterial| e.material == *material && e.mirrored == mirrored;
+        let known = self.entries.iter().position(is_it);
         known.unwrap_or_else(|| {
-            self.entries.push(PreparedMaterial::of(material));
+            self.entries.push(PreparedMaterial::of(material, mirrored));
             self.entries.len() - 1
         })
     }
@@ -53,11 +59,12 @@ impl InstanceMaterials {
         self.entries.iter().any(|entry| entry.material.name == name)
     }
 
-    /// Replaces all materials of a name.
+    /// Replaces all materials of a name; rough surfaces stay as rough.
     pub(super) fn replace(&mut self, material: &Material) {
         for entry in &mut self.entries {
             if entry.material.name == material.name {
-                *entry = PreparedMaterial::of(material);
+                let mirrored = entry.mirrored;
+                *entry = PreparedMaterial::of(&roughened(material, &mirrored), mirrored);
             }
         }
     }

@@ -507,7 +507,7 @@ impl Scene {
             .zip(part.materials())
             .map(|(known, material)| match known {
                 Some(index) => index as u32,
-                None => (first + self.instances.materials.index(material)) as u32,
+                None => (first + self.instances.materials.index(material, part.materials())) as u32,
             })
             .collect();
         let like = self
