@@ -17,7 +17,17 @@
  * except for an array of length 0 and where the function's description allows it.
  *
  * Errors. Functions return a ForesoundStatus; foresound_last_error has the message. After a failure, results are 0, which is
- * no handle and no id.
+ * no handle and no id. These can come from every function, and its description does not repeat them; it says what else can:
+ *
+ *     FORESOUND_STATUS_NULL            a pointer is null that needs a value
+ *     FORESOUND_STATUS_BAD_ARGUMENT    a value is outside its stated range or not finite, a `size` or text is invalid
+ *     FORESOUND_STATUS_CLOSED          a handle was closed or is none
+ *     FORESOUND_STATUS_WRONG_KIND      a handle is of another kind
+ *     FORESOUND_STATUS_STALE_SOURCE    a source was removed, or a one-shot has ended
+ *     FORESOUND_STATUS_STALE_INSTANCE  an instance was removed
+ *     FORESOUND_STATUS_BUSY            functions of the audio thread: another thread uses the handle
+ *     FORESOUND_STATUS_FULL            functions that give a handle: 4,096 of its kind are open
+ *     FORESOUND_STATUS_PANIC           a defect of the library; close the handle
  *
  * Structures. A structure begins with its size in this header; the library reads and writes no more than that:
  *
@@ -153,7 +163,7 @@ enum ForesoundPredictor
   FORESOUND_PREDICTOR_HOLD = 0,
   // Delays and amplitudes go on along lines.
   FORESOUND_PREDICTOR_LINEAR = 1,
-  // Paths are computed anew for the poses of each graphics frame.
+  // Paths are computed anew for the poses of graphics frames. The default; `best` on the command line.
   FORESOUND_PREDICTOR_GEOMETRIC = 2,
 };
 #ifndef __cplusplus
@@ -529,11 +539,13 @@ typedef struct ForesoundOptions {
   // Maximum number of sources, 1 to 4,096.
   uint32_t max_sources;
   // Sources with a slot of their own, 1 to 256; 0: as many as `max_sources`, at most 256. Beyond it neighbours share a
-  // slot and masked sources are silent. Cost and memory grow with slots.
+  // slot, and sources that others mask are silent (`unheard_sources` of ForesoundEngineHealth). Cost and memory grow with
+  // slots.
   uint32_t source_slots;
   // Maximum number of paths rendered at once, 1 to 16,384.
   uint32_t max_voices;
-  // The loudest of them are rendered in full detail: their number.
+  // How many of the paths rendered at once, the loudest, are rendered in full detail. The others use a shorter form of
+  // the HRTF set.
   uint32_t fine_voices;
   // Maximum number of paths of one update, 1 to 16,384.
   uint32_t max_paths;
@@ -555,7 +567,7 @@ typedef struct ForesoundOptions {
   ForesoundPredictor predictor;
   // 1: the work of a graphics frame is spread over the blocks until the next one; 0: the first block does all of it.
   uint32_t even_blocks;
-  // Cores of the engine's threads.
+  // Cores of the engine's threads. By default they are not pinned.
   ForesoundAffinity affinity;
   // Core of the propagation thread, if `affinity` is FORESOUND_AFFINITY_CHOSEN.
   uint32_t propagation_core;
@@ -578,7 +590,8 @@ typedef struct ForesoundOptions {
   float min_distance_m;
   // Ceiling of the limiter in dB re full scale, -60 to 0.
   float ceiling_db;
-  // Duration of a graphics frame in seconds, 0.001 to 1; 0: measured from the ticks.
+  // Time from one graphics frame to the next (not of an audio frame) in seconds, 0.001 to 1, for rendering at another
+  // speed than real time; 0: measured from the ticks, for games.
   double frame_s;
   // Maximum path delay in seconds, 0.01 to 10.
   double max_delay_s;
@@ -713,7 +726,9 @@ typedef struct ForesoundEngineHealth {
   float thermal_headroom;
   // Threads with a performance hint session, a sum of ForesoundHintedThread.
   uint32_t hinted;
-  // Sources that louder ones mask, if there are more sources than slots.
+  // Sources without a slot in the newest tick, as nothing of them would be heard: they play nothing, are below -100 dB re
+  // full scale, or are masked, with less than a millionth (-60 dB) of the energy of all sources at the listener. 0 while
+  // there are as many slots as sources.
   uint32_t unheard_sources;
   // Rays cast by the newest update.
   uint64_t rays;
@@ -994,8 +1009,10 @@ FORESOUND_API ForesoundStatus foresound_options_default(struct ForesoundOptions 
 // Creates an engine in free field without sources. `engine` receives the handle of the control half, `renderer`
 // that of the audio half. Takes some ten milliseconds. Control thread.
 //
-// `api_version`: FORESOUND_API_VERSION; another major version than the library's is refused
-// (FORESOUND_STATUS_VERSION). `options`: null for the defaults. `hrtf`: content of an HRTF set's file, baked or SOFA (some seconds); null for the built-in set.
+// `api_version`: FORESOUND_API_VERSION. `options`: null for the defaults. `hrtf`: content of an HRTF set's file,
+// baked or SOFA (some seconds); null for the built-in set. Fails with FORESOUND_STATUS_VERSION for another major
+// version than the library's, FORESOUND_STATUS_BAD_ARGUMENT also for more memory than `max_memory_mib`,
+// FORESOUND_STATUS_FORMAT for a damaged HRTF set, FORESOUND_STATUS_STATE if the system starts no thread.
 FORESOUND_API
 ForesoundStatus foresound_engine_create(uint32_t api_version,
                                         const struct ForesoundOptions *options,
@@ -1009,8 +1026,8 @@ ForesoundStatus foresound_engine_create(uint32_t api_version,
 FORESOUND_API ForesoundStatus foresound_engine_set_scene(uint64_t engine, uint64_t scene);
 
 // Gives all surfaces of a material's name, in the scene and in instances, other properties from the next tick on;
-// audible with the next update. Another scene has its own. `material`: null for a surface that reflects everything.
-// Control thread.
+// audible with the next update. Another scene has its own. `material`: null for a surface that reflects
+// everything. Fails with FORESOUND_STATUS_BAD_ARGUMENT for a name that no surface has. Control thread.
 FORESOUND_API
 ForesoundStatus foresound_engine_set_material(uint64_t engine,
                                               const char *name,
@@ -1027,18 +1044,21 @@ ForesoundStatus foresound_engine_set_propagation(uint64_t engine,
 // Sets the extrapolation of paths, from the next update on. Control thread.
 FORESOUND_API ForesoundStatus foresound_engine_set_predictor(uint64_t engine, ForesoundPredictor predictor);
 
-// Changes the layout, such as when headphones are plugged in or out: sound cross-fades within the next graphics
-// frame. The number of channels stays: a layout of more channels than the output is refused
-// (FORESOUND_STATUS_BAD_ARGUMENT). Takes some milliseconds. Control thread.
+// Changes the layout, such as when headphones are plugged in or out: sound cross-fades within the next
+// graphics frame. The number of channels stays: a layout of more channels than the output fails with
+// FORESOUND_STATUS_BAD_ARGUMENT, as does the binaural one without an HRTF set for the rate. Takes some
+// milliseconds. Control thread.
 FORESOUND_API ForesoundStatus foresound_engine_set_layout(uint64_t engine, ForesoundLayout layout);
 
-// Changes the HRTF set: binaural sound cross-fades within the next graphics frame. `hrtf`: content of a SOFA file of
-// the convention SimpleFreeFieldHRIR, or of a baked set at the engine's sample rate; null for the built-in set. A
-// baked set takes some milliseconds. A SOFA file takes some seconds, in which other calls of the engine go on:
-// call it on a thread of its own. Any thread but the sound's.
+// Changes the HRTF set: binaural sound cross-fades within the next graphics frame. `hrtf`: content of a SOFA
+// file of the convention SimpleFreeFieldHRIR, or of a baked set at the engine's sample rate; null for the
+// built-in set. A baked set takes some milliseconds. A SOFA file takes some seconds, in which other calls of
+// the engine go on: call it on a thread of its own. Fails with FORESOUND_STATUS_FORMAT for a damaged set and
+// FORESOUND_STATUS_BAD_ARGUMENT for one of another sample rate; the set stays. Any thread but the sound's.
 FORESOUND_API ForesoundStatus foresound_engine_set_hrtf(uint64_t engine, const uint8_t *hrtf, size_t hrtf_bytes);
 
-// Sets when propagation runs, after the running update. Control thread.
+// Sets when propagation runs, after the running update. Fails with FORESOUND_STATUS_STATE if the system
+// starts no thread; the schedule stays. Control thread.
 FORESOUND_API ForesoundStatus foresound_engine_set_schedule(uint64_t engine, ForesoundSchedule schedule);
 
 // Fades to silence within milliseconds and stops the playback positions. Control thread.
@@ -1047,9 +1067,10 @@ FORESOUND_API ForesoundStatus foresound_engine_pause(uint64_t engine);
 // Continues after foresound_engine_pause. Control thread.
 FORESOUND_API ForesoundStatus foresound_engine_resume(uint64_t engine);
 
-// Restarts propagation after its failure (FORESOUND_ENGINE_STATE_PROPAGATION_FAILED), after the running update. Control thread.
-FORESOUND_API
-ForesoundStatus foresound_engine_restart(uint64_t engine);
+// Restarts propagation after its failure (FORESOUND_ENGINE_STATE_PROPAGATION_FAILED), after the running
+// update. Fails with FORESOUND_STATUS_STATE if the system starts no thread; another call tries again.
+// Control thread.
+FORESOUND_API ForesoundStatus foresound_engine_restart(uint64_t engine);
 
 // Writes the engine's statistics. Takes microseconds; meant for some ten calls a second. Control thread.
 FORESOUND_API
@@ -1069,9 +1090,10 @@ ForesoundStatus foresound_engine_set_budget(uint64_t engine,
 // Control thread.
 FORESOUND_API ForesoundStatus foresound_engine_health(uint64_t engine, struct ForesoundEngineHealth *health);
 
-// Adds an instance of a part, such as a door, at a pose from the next tick on; `instance` receives its id. A part is
-// a scene in local coordinates, a hinge at the origin; its handle may be closed afterwards, and instances may
-// share it. Instances stay when the scene is replaced. `pose_size`: sizeof(ForesoundPose). Control thread.
+// Adds an instance of a part, such as a door, at a pose from the next tick on; `instance` receives its id. A part
+// is a scene in local coordinates, a hinge at the origin; its handle may be closed afterwards, and instances may
+// share it. Instances stay when the scene is replaced. `pose_size`: sizeof(ForesoundPose). Fails with
+// FORESOUND_STATUS_BAD_ARGUMENT for a part of too many triangles, and for too many instances. Control thread.
 FORESOUND_API
 ForesoundStatus foresound_instance_add(uint64_t engine,
                                        uint64_t part,
@@ -1090,7 +1112,8 @@ ForesoundStatus foresound_instance_add_joined(uint64_t engine,
                                               uint32_t *instance);
 
 // Moves an instance from the next tick on. The orientation is a quaternion of length 1; after an invalid pose the
-// last valid one stays. `pose_size`: sizeof(ForesoundPose). Control thread.
+// last valid one stays. `pose_size`: sizeof(ForesoundPose). Fails with FORESOUND_STATUS_BAD_ARGUMENT for one that
+// was added by foresound_instance_add_joined. Control thread.
 FORESOUND_API
 ForesoundStatus foresound_instance_move(uint64_t engine,
                                         uint32_t instance,
@@ -1114,9 +1137,11 @@ FORESOUND_API ForesoundStatus foresound_progress_read(uint64_t progress, float *
 // thread.
 FORESOUND_API ForesoundStatus foresound_progress_cancel(uint64_t progress);
 
-// Builds a scene from a mesh file: OBJ or PLY, and glTF or GLB if the library is built with its feature `gltf`.
-// The file names materials. Else as foresound_scene_from_mesh. Or loads a saved scene, for which the other arguments
-// mean nothing.
+// Builds a scene from a mesh file: OBJ or PLY, and glTF or GLB if the library is built with its feature
+// `gltf`. The file names materials. Or loads a saved scene, for which `materials_toml`, `options` and
+// `progress` mean nothing. Else as foresound_scene_from_mesh, also in how it fails, and with
+// FORESOUND_STATUS_FILE for a file that cannot be read. Takes milliseconds to seconds: a control thread, but
+// not the one that draws.
 FORESOUND_API
 ForesoundStatus foresound_scene_from_file(const char *path,
                                           const char *materials_toml,
@@ -1124,11 +1149,13 @@ ForesoundStatus foresound_scene_from_file(const char *path,
                                           uint64_t progress,
                                           uint64_t *scene);
 
-// Saves a scene to a file, which foresound_scene_from_file and foresound_scene_from_bytes load in a twentieth of the
-// time of its construction or less, on any machine. Control thread.
+// Saves a scene to a file, which foresound_scene_from_file and foresound_scene_from_bytes load in a
+// twentieth of the time of its construction or less, on any machine. Fails with FORESOUND_STATUS_FILE for a
+// file that cannot be written. Control thread.
 FORESOUND_API ForesoundStatus foresound_scene_save(uint64_t scene, const char *path);
 
-// Loads a saved scene from the bytes of its file. Control thread.
+// Loads a saved scene from the bytes of its file. Fails with FORESOUND_STATUS_FORMAT for other bytes, damaged ones
+// and those of another version. Control thread.
 FORESOUND_API ForesoundStatus foresound_scene_from_bytes(const uint8_t *bytes, size_t count, uint64_t *scene);
 
 // Writes the properties of a scene. Control thread.
@@ -1141,13 +1168,12 @@ FORESOUND_API ForesoundStatus foresound_renderer_latency(uint64_t renderer, uint
 // Writes the number of channels that a renderer writes. Any thread.
 FORESOUND_API ForesoundStatus foresound_renderer_channels(uint64_t renderer, uint32_t *channels);
 
-// Plays a renderer of two channels on the system's device (Oboe on Android, a silent device elsewhere), rendered `blocks_ahead`
-// blocks ahead (1 to 64) on a thread of its own. Closes the renderer's handle. A device that is lost or does not
-// open is opened again at growing intervals. Control thread.
-FORESOUND_API
-ForesoundStatus foresound_output_start(uint64_t renderer,
-                                       size_t blocks_ahead,
-                                       uint64_t *output);
+// Plays a renderer of two channels on the system's device (Oboe on Android, a silent device elsewhere), rendered
+// `blocks_ahead` blocks ahead (1 to 64) on a thread of its own. Closes the renderer's handle. A device that is
+// lost or does not open is opened again at growing intervals. Fails with FORESOUND_STATUS_STATE if the system
+// starts no thread; after FORESOUND_STATUS_BAD_ARGUMENT, also for other channels, the renderer stays open. Control
+// thread.
+FORESOUND_API ForesoundStatus foresound_output_start(uint64_t renderer, size_t blocks_ahead, uint64_t *output);
 
 // Writes the properties and the state of an output's device. Control thread.
 FORESOUND_API ForesoundStatus foresound_output_info(uint64_t output, struct ForesoundOutputInfo *info);
@@ -1161,7 +1187,8 @@ ForesoundStatus foresound_engine_set_listener(uint64_t engine,
                                               const struct ForesoundPose *pose,
                                               size_t pose_size);
 
-// Adds a silent source at a position in metres; `source` receives its id. Control thread.
+// Adds a silent source at a position in metres; `source` receives its id. Fails with FORESOUND_STATUS_STATE
+// if the engine has `max_sources` sources. Control thread.
 FORESOUND_API ForesoundStatus foresound_source_add(uint64_t engine, float x_m, float y_m, float z_m, uint32_t *source);
 
 // Takes the numbers of the newest graphics frame that the renderer has, for a mixer of the app's own;
@@ -1189,9 +1216,9 @@ ForesoundStatus foresound_source_configure(uint64_t engine,
                                            uint32_t source,
                                            const struct ForesoundSourceOptions *options);
 
-// Sets a source's directivity table from the next tick on: rows of eight levels in dB, one a band, the angles evenly
-// from the front to the back, both included; 2 to 181 rows of -63 to 60 dB or minus infinity. `levels`: their
-// number, 8 x rows; 0 for no table. The table is multiplied with the options' directivity. Control thread.
+// Sets a source's directivity table from the next tick on: rows of eight levels in dB, one a band, the angles
+// evenly from the front to the back, both included; 2 to 181 rows of -63 to 60 dB or minus infinity. `levels`:
+// their number, 8 x rows; 0 for no table. The table is multiplied with the options' directivity. Control thread.
 FORESOUND_API
 ForesoundStatus foresound_source_set_directivity_table(uint64_t engine,
                                                        uint32_t source,
@@ -1213,23 +1240,26 @@ FORESOUND_API ForesoundStatus foresound_source_set_gain(uint64_t engine, uint32_
 // Mutes (1) or unmutes (0) a source; its playback position advances. Control thread.
 FORESOUND_API ForesoundStatus foresound_source_mute(uint64_t engine, uint32_t source, uint32_t muted);
 
-// Plays a clip from its beginning, once (0) or in a loop (1). The clip's handle may be closed afterwards. Control
-// thread.
+// Plays a clip from its beginning, once (0) or in a loop (1). The clip's handle may be closed afterwards. Fails
+// with FORESOUND_STATUS_BAD_ARGUMENT for a clip at another rate than the engine's. Control thread.
 FORESOUND_API ForesoundStatus foresound_source_play(uint64_t engine, uint32_t source, uint64_t clip, uint32_t looped);
 
 // Writes the default options; `size` is set before. Any thread.
 FORESOUND_API ForesoundStatus foresound_play_options_default(struct ForesoundPlayOptions *options);
 
-// Plays a clip with loop points, from a frame of it, at a frame of the engine. A pause of the source ends; its pitch
-// stays. `options`: null for the defaults. The clip's handle may be closed afterwards. Control thread.
+// Plays a clip with loop points, from a frame of it, at a frame of the engine. A pause of the source ends;
+// its pitch stays. `options`: null for the defaults. The clip's handle may be closed afterwards. Fails as
+// foresound_source_play. Control thread.
 FORESOUND_API
 ForesoundStatus foresound_source_play_clip(uint64_t engine,
                                            uint32_t source,
                                            uint64_t clip,
                                            const struct ForesoundPlayOptions *options);
 
-// Plays a clip once at a position in metres and forgets it: its source is removed when the clip has ended and its
-// last path has arrived. `source` receives its id. `play` and `options`: null for the defaults. Control thread.
+// Plays a clip once at a position in metres and forgets it: its source is removed when the clip has ended
+// and its last path has arrived. `source` receives its id. `play` and `options`: null for the defaults. The
+// id may be used until then, afterwards it gives FORESOUND_STATUS_STALE_SOURCE. Fails as
+// foresound_source_add and foresound_source_play, and adds nothing then. Control thread.
 FORESOUND_API
 ForesoundStatus foresound_engine_play_once(uint64_t engine,
                                            uint64_t clip,
@@ -1249,7 +1279,8 @@ ForesoundStatus foresound_source_playback(uint64_t engine,
 // Pauses (1) or continues (0) a source's clip from the next tick on; fades within 6 ms. Control thread.
 FORESOUND_API ForesoundStatus foresound_source_pause(uint64_t engine, uint32_t source, uint32_t paused);
 
-// Continues a source's clip at another audio frame of it from the next tick on, with a cross-fade. Control thread.
+// Continues a source's clip at another audio frame of it from the next tick on, with a cross-fade. Fails with
+// FORESOUND_STATUS_STATE if it plays no clip. Control thread.
 FORESOUND_API ForesoundStatus foresound_source_seek(uint64_t engine, uint32_t source, uint32_t frame);
 
 // Sets the speed of a source's clips, 0.125 to 4, from the next tick on: 2 is an octave up. The pitch glides.
@@ -1271,7 +1302,7 @@ ForesoundStatus foresound_source_stream(uint64_t engine,
                                         uint64_t *stream);
 
 // Makes a clip of mono samples at `rate_hz` for engines at `engine_rate_hz` (1,000 to 384,000 Hz), copied and
-// resampled. A sample of 1 is full scale at 1 m. Control thread.
+// resampled. A sample of 1 is full scale at 1 m. At most 2^28 samples, 2^26 if they are resampled. Control thread.
 FORESOUND_API
 ForesoundStatus foresound_clip_from_samples(const float *samples,
                                             size_t count,
@@ -1279,8 +1310,9 @@ ForesoundStatus foresound_clip_from_samples(const float *samples,
                                             uint32_t engine_rate_hz,
                                             uint64_t *clip);
 
-// Makes a clip of the bytes of a WAV file (PCM of 8 to 32 bits or float; channels are averaged) for engines at
-// `engine_rate_hz`. Control thread.
+// Makes a clip of the bytes of a WAV file (PCM of 8 to 32 bits or float; channels are averaged) for engines
+// at `engine_rate_hz`. Fails with FORESOUND_STATUS_FORMAT for bytes of another format, else as
+// foresound_clip_from_samples. Control thread.
 FORESOUND_API
 ForesoundStatus foresound_clip_from_wav(const uint8_t *bytes,
                                         size_t count,
@@ -1313,9 +1345,10 @@ ForesoundStatus foresound_clip_from_ambix(const float *samples,
                                           uint32_t engine_rate_hz,
                                           uint64_t *clip);
 
-// Makes a clip of the bytes of a sound file: WAV, or FLAC or Ogg Vorbis if the library is built with its feature
-// `compressed`. `channels`: 1 for their mean, 2 for the first two, 4 for a sound field in AmbiX form, for which the
-// file must have four. Control thread.
+// Makes a clip of the bytes of a sound file: WAV, or FLAC or Ogg Vorbis if the library is built with its
+// feature `compressed`. `channels`: 1 for their mean, 2 for the first two, 4 for a sound field in AmbiX
+// form, for which the file must have four. Fails with FORESOUND_STATUS_FORMAT for other bytes and formats
+// that the library is built without, else as foresound_clip_from_samples. Control thread.
 FORESOUND_API
 ForesoundStatus foresound_clip_from_file(const uint8_t *bytes,
                                          size_t count,
@@ -1334,7 +1367,8 @@ FORESOUND_API const char *foresound_last_error(void);
 
 // Submits a graphics frame: the listener's pose, and the poses of the sources that moved. Meant for one call a frame;
 // never waits for propagation or sound, except that the synchronous schedule runs propagation in it. After an invalid pose
-// or an unknown source it fails, and the frame is submitted with the last valid poses. `sources`: null if none.
+// (FORESOUND_STATUS_BAD_ARGUMENT: not finite, beyond 1,000 km, an orientation of no length) or an unknown source
+// (FORESOUND_STATUS_STALE_SOURCE) it fails, and the frame is submitted with the last valid poses. `sources`: null if none.
 // `pose_size`: sizeof(ForesoundPose). Control thread.
 FORESOUND_API
 ForesoundStatus foresound_engine_tick(uint64_t engine,
@@ -1364,8 +1398,10 @@ ForesoundStatus foresound_source_paths(uint64_t engine,
 
 // Builds a scene from triangles: three coordinates a vertex in metres, +y up, and three indices a triangle. With
 // materials: their names, and one index into them a triangle; without: null and zero. `materials_toml`: the text of a
-// materials file, or null. `options`: null for the defaults. `progress`: a handle of foresound_progress_create, or 0. Takes
-// milliseconds to seconds: a control thread, but not the one that draws.
+// materials file, or null. `options`: null for the defaults. `progress`: a handle of foresound_progress_create, or 0. Fails
+// with FORESOUND_STATUS_FORMAT for a mesh or a materials file that is invalid, FORESOUND_STATUS_BAD_ARGUMENT for an option out of
+// range, FORESOUND_STATUS_CANCELLED after foresound_progress_cancel. Takes milliseconds to seconds: a control thread, but not
+// the one that draws.
 FORESOUND_API
 ForesoundStatus foresound_scene_from_mesh(const float *positions_m,
                                           size_t vertex_count,
@@ -1380,8 +1416,9 @@ ForesoundStatus foresound_scene_from_mesh(const float *positions_m,
                                           uint64_t *scene);
 
 // Renders `frames` audio frames of interleaved stereo into `output`; silence on failure. An engine of another number of
-// channels than two is refused: use foresound_render_channels. `info`: null if unused. One thread at a time a renderer; a second concurrent call gets FORESOUND_STATUS_BUSY. Multiples of the engine's block size are the
-// most efficient. Audio thread: wait-free, without allocation, without a message.
+// channels than two fails with FORESOUND_STATUS_BAD_ARGUMENT: use foresound_render_channels. `info`: null if unused. One thread at
+// a time a renderer; a second concurrent call gets FORESOUND_STATUS_BUSY. Multiples of the engine's block size are the most
+// efficient. Audio thread: wait-free, without allocation, without a message.
 //
 // `output` has 2 x `frames` elements.
 FORESOUND_API
@@ -1411,7 +1448,7 @@ ForesoundStatus foresound_stream_write(uint64_t stream,
                                        size_t count,
                                        size_t *written);
 
-// Begins a block of `frames` audio frames, 1 to the option `block_frames`, whose sources are rendered apart: for a game with a
+// Begins a block of `frames` audio frames, 1 to the option `block_frames` (else FORESOUND_STATUS_BAD_ARGUMENT), whose sources are rendered apart: for a game with a
 // mixer of its own, in place of foresound_render. Then call foresound_render_source for each source and
 // foresound_render_reverb once: the sum of their outputs is what foresound_render renders, without its limiter. Needs the option
 // `source_buses` (else FORESOUND_STATUS_STATE). One thread at a time a renderer. Audio thread: wait-free, without allocation,
@@ -1424,8 +1461,9 @@ ForesoundStatus foresound_render_begin(uint64_t renderer,
 // (foresound_renderer_channels); silence on failure. Its paths, without the late reverb. `dry`: the block's mono samples of the
 // source, 1 being the pressure at 1 m, or null for what the source plays in the engine. `bus` (null if unused) receives
 // what the output holds. Once a source and block; a source that is not rendered is in foresound_render_reverb's output. A
-// source that was removed, or that no graphics frame has yet, fails with FORESOUND_STATUS_STALE_SOURCE. Audio thread: as
-// foresound_render_begin.
+// source that was removed, or that no graphics frame has yet, fails with FORESOUND_STATUS_STALE_SOURCE; a second call for it, or
+// one outside a block, with FORESOUND_STATUS_STATE; other frames or channels than the block's with FORESOUND_STATUS_BAD_ARGUMENT.
+// Audio thread: as foresound_render_begin.
 //
 // `dry` has `frames` elements, `output` `channels` x `frames`.
 FORESOUND_API
@@ -1439,8 +1477,9 @@ ForesoundStatus foresound_render_source(uint64_t renderer,
 
 // Ends the block: renders the late reverb of all sources into `output`, and with it everything without a bus of its own in this
 // block: sources that were not rendered, that share slots (with more sources than slots) or have no position, and the
-// fading sound of removed ones. Silence on failure; a wrong number of frames ends the block too. `info`: null if unused; of
-// the whole block. Audio thread: as foresound_render_begin.
+// fading sound of removed ones. Silence on failure: FORESOUND_STATUS_STATE outside a block, FORESOUND_STATUS_BAD_ARGUMENT for other
+// channels or frames than the block's; a wrong number of frames ends the block too. `info`: null if unused; of the whole block.
+// Audio thread: as foresound_render_begin.
 //
 // `output` has `channels` x `frames` elements.
 FORESOUND_API
@@ -1451,7 +1490,7 @@ ForesoundStatus foresound_render_reverb(uint64_t renderer,
                                         struct ForesoundRenderInfo *info);
 
 // Renders each of several listeners into its own part of `output`, one after the other: `listeners` times `frames` audio frames of
-// interleaved `channels`, the option `listeners` and the engine's channels; silence on failure. foresound_render gives their mix,
+// interleaved `channels`, the option `listeners` and the engine's channels (else FORESOUND_STATUS_BAD_ARGUMENT); silence on failure. foresound_render gives their mix,
 // for listeners at one pair of loudspeakers. `info`: null if unused. Audio thread: as foresound_render.
 //
 // `output` has `listeners` x `channels` x `frames` elements.

@@ -38,7 +38,17 @@ const PREAMBLE: &str = "\
  * except for an array of length 0 and where the function's description allows it.
  *
  * Errors. Functions return a ForesoundStatus; foresound_last_error has the message. After a failure, results are 0, which is
- * no handle and no id.
+ * no handle and no id. These can come from every function, and its description does not repeat them; it says what else can:
+ *
+ *     FORESOUND_STATUS_NULL            a pointer is null that needs a value
+ *     FORESOUND_STATUS_BAD_ARGUMENT    a value is outside its stated range or not finite, a `size` or text is invalid
+ *     FORESOUND_STATUS_CLOSED          a handle was closed or is none
+ *     FORESOUND_STATUS_WRONG_KIND      a handle is of another kind
+ *     FORESOUND_STATUS_STALE_SOURCE    a source was removed, or a one-shot has ended
+ *     FORESOUND_STATUS_STALE_INSTANCE  an instance was removed
+ *     FORESOUND_STATUS_BUSY            functions of the audio thread: another thread uses the handle
+ *     FORESOUND_STATUS_FULL            functions that give a handle: 4,096 of its kind are open
+ *     FORESOUND_STATUS_PANIC           a defect of the library; close the handle
  *
  * Structures. A structure begins with its size in this header; the library reads and writes no more than that:
  *

@@ -117,7 +117,7 @@ enumeration! {
         Hold = 0,
         /// Delays and amplitudes go on along lines.
         Linear = 1,
-        /// Paths are computed anew for the poses of each graphics frame.
+        /// Paths are computed anew for the poses of graphics frames. The default; `best` on the command line.
         Geometric = 2,
     }
 }

@@ -68,7 +68,9 @@ record! {
         pub thermal_headroom: f32,
         /// Threads with a performance hint session, a sum of ForesoundHintedThread.
         pub hinted: u32,
-        /// Sources that louder ones mask, if there are more sources than slots.
+        /// Sources without a slot in the newest tick, as nothing of them would be heard: they play nothing, are below -100 dB re
+        /// full scale, or are masked, with less than a millionth (-60 dB) of the energy of all sources at the listener. 0 while
+        /// there are as many slots as sources.
         pub unheard_sources: u32,
         /// Rays cast by the newest update.
         pub rays: u64,

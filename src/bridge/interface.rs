@@ -30,8 +30,10 @@ macro_rules! shared_functions {
             /// Creates an engine in free field without sources. `engine` receives the handle of the control half, `renderer`
             /// that of the audio half. Takes some ten milliseconds. Control thread.
             ///
-            /// `api_version`: FORESOUND_API_VERSION; another major version than the library's is refused
-            /// (FORESOUND_STATUS_VERSION). `options`: null for the defaults. `hrtf`: content of an HRTF set's file, baked or SOFA (some seconds); null for the built-in set.
+            /// `api_version`: FORESOUND_API_VERSION. `options`: null for the defaults. `hrtf`: content of an HRTF set's file,
+            /// baked or SOFA (some seconds); null for the built-in set. Fails with FORESOUND_STATUS_VERSION for another major
+            /// version than the library's, FORESOUND_STATUS_BAD_ARGUMENT also for more memory than `max_memory_mib`,
+            /// FORESOUND_STATUS_FORMAT for a damaged HRTF set, FORESOUND_STATUS_STATE if the system starts no thread.
             unsafe fn foresound_engine_create(
                 api_version: Count, options: In<Options>, hrtf[hrtf_bytes]: OptionalBytes, engine: HandleOut
             ) -> renderer: Handle {
@@ -45,8 +47,8 @@ macro_rules! shared_functions {
             safe fn foresound_engine_set_scene(engine: Handle, scene: Handle) { engine::set_scene(engine, scene) }
 
             /// Gives all surfaces of a material's name, in the scene and in instances, other properties from the next tick on;
-            /// audible with the next update. Another scene has its own. `material`: null for a surface that reflects everything.
-            /// Control thread.
+            /// audible with the next update. Another scene has its own. `material`: null for a surface that reflects
+            /// everything. Fails with FORESOUND_STATUS_BAD_ARGUMENT for a name that no surface has. Control thread.
             unsafe fn foresound_engine_set_material(engine: Handle, name: Text, material: In<MaterialOptions>) {
                 ENGINES.with(engine, |engine| engine.set_material(&name, &material))
             }
@@ -66,22 +68,25 @@ macro_rules! shared_functions {
                 ENGINES.with(engine, |engine| engine.set_predictor(predictor))
             }
 
-            /// Changes the layout, such as when headphones are plugged in or out: sound cross-fades within the next graphics
-            /// frame. The number of channels stays: a layout of more channels than the output is refused
-            /// (FORESOUND_STATUS_BAD_ARGUMENT). Takes some milliseconds. Control thread.
+            /// Changes the layout, such as when headphones are plugged in or out: sound cross-fades within the next
+            /// graphics frame. The number of channels stays: a layout of more channels than the output fails with
+            /// FORESOUND_STATUS_BAD_ARGUMENT, as does the binaural one without an HRTF set for the rate. Takes some
+            /// milliseconds. Control thread.
             safe fn foresound_engine_set_layout(engine: Handle, layout: Choice<Layout>) {
                 ENGINES.with(engine, |engine| Ok(engine.controller().set_layout(layout.choice()?)?))
             }
 
-            /// Changes the HRTF set: binaural sound cross-fades within the next graphics frame. `hrtf`: content of a SOFA file of
-            /// the convention SimpleFreeFieldHRIR, or of a baked set at the engine's sample rate; null for the built-in set. A
-            /// baked set takes some milliseconds. A SOFA file takes some seconds, in which other calls of the engine go on:
-            /// call it on a thread of its own. Any thread but the sound's.
+            /// Changes the HRTF set: binaural sound cross-fades within the next graphics frame. `hrtf`: content of a SOFA
+            /// file of the convention SimpleFreeFieldHRIR, or of a baked set at the engine's sample rate; null for the
+            /// built-in set. A baked set takes some milliseconds. A SOFA file takes some seconds, in which other calls of
+            /// the engine go on: call it on a thread of its own. Fails with FORESOUND_STATUS_FORMAT for a damaged set and
+            /// FORESOUND_STATUS_BAD_ARGUMENT for one of another sample rate; the set stays. Any thread but the sound's.
             unsafe fn foresound_engine_set_hrtf(engine: Handle, hrtf[hrtf_bytes]: OptionalBytes) {
                 engine::set_hrtf(engine, hrtf.as_deref())
             }
 
-            /// Sets when propagation runs, after the running update. Control thread.
+            /// Sets when propagation runs, after the running update. Fails with FORESOUND_STATUS_STATE if the system
+            /// starts no thread; the schedule stays. Control thread.
             safe fn foresound_engine_set_schedule(engine: Handle, schedule: Choice<Schedule>) {
                 ENGINES.with(engine, |engine| engine.set_schedule(schedule))
             }
@@ -102,7 +107,9 @@ macro_rules! shared_functions {
                 })
             }
 
-            /// Restarts propagation after its failure (FORESOUND_ENGINE_STATE_PROPAGATION_FAILED), after the running update. Control thread.
+            /// Restarts propagation after its failure (FORESOUND_ENGINE_STATE_PROPAGATION_FAILED), after the running
+            /// update. Fails with FORESOUND_STATUS_STATE if the system starts no thread; another call tries again.
+            /// Control thread.
             safe fn foresound_engine_restart(engine: Handle) {
                 ENGINES.with(engine, |engine| Ok(engine.controller().restart()?))
             }
@@ -129,9 +136,10 @@ macro_rules! shared_functions {
                 health.store(ENGINES.with(engine, |engine| Ok(engine.health()))?)
             }
 
-            /// Adds an instance of a part, such as a door, at a pose from the next tick on; `instance` receives its id. A part is
-            /// a scene in local coordinates, a hinge at the origin; its handle may be closed afterwards, and instances may
-            /// share it. Instances stay when the scene is replaced. `pose_size`: sizeof(ForesoundPose). Control thread.
+            /// Adds an instance of a part, such as a door, at a pose from the next tick on; `instance` receives its id. A part
+            /// is a scene in local coordinates, a hinge at the origin; its handle may be closed afterwards, and instances may
+            /// share it. Instances stay when the scene is replaced. `pose_size`: sizeof(ForesoundPose). Fails with
+            /// FORESOUND_STATUS_BAD_ARGUMENT for a part of too many triangles, and for too many instances. Control thread.
             unsafe fn foresound_instance_add(engine: Handle, part: Handle, pose[pose_size]: PoseIn) -> instance: Id {
                 instances::add(engine, part, &pose)
             }
@@ -144,7 +152,8 @@ macro_rules! shared_functions {
             }
 
             /// Moves an instance from the next tick on. The orientation is a quaternion of length 1; after an invalid pose the
-            /// last valid one stays. `pose_size`: sizeof(ForesoundPose). Control thread.
+            /// last valid one stays. `pose_size`: sizeof(ForesoundPose). Fails with FORESOUND_STATUS_BAD_ARGUMENT for one that
+            /// was added by foresound_instance_add_joined. Control thread.
             unsafe fn foresound_instance_move(engine: Handle, instance: Id, pose[pose_size]: PoseIn) {
                 ENGINES.with(engine, |engine| engine.move_instance(instance, &pose))
             }
@@ -170,20 +179,24 @@ macro_rules! shared_functions {
             /// thread.
             safe fn foresound_progress_cancel(progress: Handle) { progress::cancel(progress) }
 
-            /// Builds a scene from a mesh file: OBJ or PLY, and glTF or GLB if the library is built with its feature `gltf`.
-            /// The file names materials. Else as foresound_scene_from_mesh. Or loads a saved scene, for which the other arguments
-            /// mean nothing.
+            /// Builds a scene from a mesh file: OBJ or PLY, and glTF or GLB if the library is built with its feature
+            /// `gltf`. The file names materials. Or loads a saved scene, for which `materials_toml`, `options` and
+            /// `progress` mean nothing. Else as foresound_scene_from_mesh, also in how it fails, and with
+            /// FORESOUND_STATUS_FILE for a file that cannot be read. Takes milliseconds to seconds: a control thread, but
+            /// not the one that draws.
             unsafe fn foresound_scene_from_file(
                 path: Text, materials_toml: OptionalText, options: In<SceneOptions>, progress: Handle
             ) -> scene: Handle {
                 scenes::from_file(&path, materials_toml.as_deref(), &options, progress)
             }
 
-            /// Saves a scene to a file, which foresound_scene_from_file and foresound_scene_from_bytes load in a twentieth of the
-            /// time of its construction or less, on any machine. Control thread.
+            /// Saves a scene to a file, which foresound_scene_from_file and foresound_scene_from_bytes load in a
+            /// twentieth of the time of its construction or less, on any machine. Fails with FORESOUND_STATUS_FILE for a
+            /// file that cannot be written. Control thread.
             unsafe fn foresound_scene_save(scene: Handle, path: Text) { scenes::save(scene, &path) }
 
-            /// Loads a saved scene from the bytes of its file. Control thread.
+            /// Loads a saved scene from the bytes of its file. Fails with FORESOUND_STATUS_FORMAT for other bytes, damaged ones
+            /// and those of another version. Control thread.
             unsafe fn foresound_scene_from_bytes(bytes[count]: Bytes) -> scene: Handle { scenes::from_bytes(&bytes) }
 
             /// Writes the properties of a scene. Control thread.
@@ -196,9 +209,11 @@ macro_rules! shared_functions {
             /// Writes the number of channels that a renderer writes. Any thread.
             unsafe fn foresound_renderer_channels(renderer: Handle) -> channels: Count { sound::channels(renderer) }
 
-            /// Plays a renderer of two channels on the system's device (Oboe on Android, a silent device elsewhere), rendered `blocks_ahead`
-            /// blocks ahead (1 to 64) on a thread of its own. Closes the renderer's handle. A device that is lost or does not
-            /// open is opened again at growing intervals. Control thread.
+            /// Plays a renderer of two channels on the system's device (Oboe on Android, a silent device elsewhere), rendered
+            /// `blocks_ahead` blocks ahead (1 to 64) on a thread of its own. Closes the renderer's handle. A device that is
+            /// lost or does not open is opened again at growing intervals. Fails with FORESOUND_STATUS_STATE if the system
+            /// starts no thread; after FORESOUND_STATUS_BAD_ARGUMENT, also for other channels, the renderer stays open. Control
+            /// thread.
             unsafe fn foresound_output_start(renderer: Handle, blocks_ahead: Size) -> output: Handle {
                 sound::start_output(renderer, blocks_ahead)
             }
@@ -217,7 +232,8 @@ macro_rules! shared_functions {
                 })
             }
 
-            /// Adds a silent source at a position in metres; `source` receives its id. Control thread.
+            /// Adds a silent source at a position in metres; `source` receives its id. Fails with FORESOUND_STATUS_STATE
+            /// if the engine has `max_sources` sources. Control thread.
             unsafe fn foresound_source_add(engine: Handle, x_m: Real, y_m: Real, z_m: Real) -> source: Id {
                 ENGINES.with(engine, |engine| engine.add_source([x_m, y_m, z_m]))
             }
@@ -251,9 +267,9 @@ macro_rules! shared_functions {
                 ENGINES.with(engine, |engine| engine.configure(source, &options))
             }
 
-            /// Sets a source's directivity table from the next tick on: rows of eight levels in dB, one a band, the angles evenly
-            /// from the front to the back, both included; 2 to 181 rows of -63 to 60 dB or minus infinity. `levels`: their
-            /// number, 8 x rows; 0 for no table. The table is multiplied with the options' directivity. Control thread.
+            /// Sets a source's directivity table from the next tick on: rows of eight levels in dB, one a band, the angles
+            /// evenly from the front to the back, both included; 2 to 181 rows of -63 to 60 dB or minus infinity. `levels`:
+            /// their number, 8 x rows; 0 for no table. The table is multiplied with the options' directivity. Control thread.
             unsafe fn foresound_source_set_directivity_table(
                 engine: Handle, source: Id, levels_db[levels]: Samples
             ) {
@@ -281,8 +297,8 @@ macro_rules! shared_functions {
                 })
             }
 
-            /// Plays a clip from its beginning, once (0) or in a loop (1). The clip's handle may be closed afterwards. Control
-            /// thread.
+            /// Plays a clip from its beginning, once (0) or in a loop (1). The clip's handle may be closed afterwards. Fails
+            /// with FORESOUND_STATUS_BAD_ARGUMENT for a clip at another rate than the engine's. Control thread.
             safe fn foresound_source_play(engine: Handle, source: Id, clip: Handle, looped: Flag) {
                 let options = PlayOptions { looped: looped.into(), ..PlayOptions::default() };
                 playback::play(engine, source, clip, &options)
@@ -293,14 +309,17 @@ macro_rules! shared_functions {
                 options.store(PlayOptions::default())
             }
 
-            /// Plays a clip with loop points, from a frame of it, at a frame of the engine. A pause of the source ends; its pitch
-            /// stays. `options`: null for the defaults. The clip's handle may be closed afterwards. Control thread.
+            /// Plays a clip with loop points, from a frame of it, at a frame of the engine. A pause of the source ends;
+            /// its pitch stays. `options`: null for the defaults. The clip's handle may be closed afterwards. Fails as
+            /// foresound_source_play. Control thread.
             unsafe fn foresound_source_play_clip(engine: Handle, source: Id, clip: Handle, options: In<PlayOptions>) {
                 playback::play(engine, source, clip, &options)
             }
 
-            /// Plays a clip once at a position in metres and forgets it: its source is removed when the clip has ended and its
-            /// last path has arrived. `source` receives its id. `play` and `options`: null for the defaults. Control thread.
+            /// Plays a clip once at a position in metres and forgets it: its source is removed when the clip has ended
+            /// and its last path has arrived. `source` receives its id. `play` and `options`: null for the defaults. The
+            /// id may be used until then, afterwards it gives FORESOUND_STATUS_STALE_SOURCE. Fails as
+            /// foresound_source_add and foresound_source_play, and adds nothing then. Control thread.
             unsafe fn foresound_engine_play_once(
                 engine: Handle, clip: Handle, x_m: Real, y_m: Real, z_m: Real, play: In<PlayOptions>,
                 options: In<SourceOptions>
@@ -320,7 +339,8 @@ macro_rules! shared_functions {
                 })
             }
 
-            /// Continues a source's clip at another audio frame of it from the next tick on, with a cross-fade. Control thread.
+            /// Continues a source's clip at another audio frame of it from the next tick on, with a cross-fade. Fails with
+            /// FORESOUND_STATUS_STATE if it plays no clip. Control thread.
             safe fn foresound_source_seek(engine: Handle, source: Id, frame: Count) {
                 ENGINES.with(engine, |engine| {
                     Ok(engine.controller().seek_source(source_id(source), frame.into())?)
@@ -354,15 +374,16 @@ macro_rules! shared_functions {
             }
 
             /// Makes a clip of mono samples at `rate_hz` for engines at `engine_rate_hz` (1,000 to 384,000 Hz), copied and
-            /// resampled. A sample of 1 is full scale at 1 m. Control thread.
+            /// resampled. A sample of 1 is full scale at 1 m. At most 2^28 samples, 2^26 if they are resampled. Control thread.
             unsafe fn foresound_clip_from_samples(
                 samples[count]: Samples, rate_hz: Count, engine_rate_hz: Count
             ) -> clip: Handle {
                 clip::from_samples(&samples, 1, rate_hz, engine_rate_hz)
             }
 
-            /// Makes a clip of the bytes of a WAV file (PCM of 8 to 32 bits or float; channels are averaged) for engines at
-            /// `engine_rate_hz`. Control thread.
+            /// Makes a clip of the bytes of a WAV file (PCM of 8 to 32 bits or float; channels are averaged) for engines
+            /// at `engine_rate_hz`. Fails with FORESOUND_STATUS_FORMAT for bytes of another format, else as
+            /// foresound_clip_from_samples. Control thread.
             unsafe fn foresound_clip_from_wav(bytes[count]: Bytes, engine_rate_hz: Count) -> clip: Handle {
                 clip::from_wav(&bytes, 1, engine_rate_hz)
             }
@@ -389,9 +410,10 @@ macro_rules! shared_functions {
                 clip::from_samples(&samples, 4, rate_hz, engine_rate_hz)
             }
 
-            /// Makes a clip of the bytes of a sound file: WAV, or FLAC or Ogg Vorbis if the library is built with its feature
-            /// `compressed`. `channels`: 1 for their mean, 2 for the first two, 4 for a sound field in AmbiX form, for which the
-            /// file must have four. Control thread.
+            /// Makes a clip of the bytes of a sound file: WAV, or FLAC or Ogg Vorbis if the library is built with its
+            /// feature `compressed`. `channels`: 1 for their mean, 2 for the first two, 4 for a sound field in AmbiX
+            /// form, for which the file must have four. Fails with FORESOUND_STATUS_FORMAT for other bytes and formats
+            /// that the library is built without, else as foresound_clip_from_samples. Control thread.
             unsafe fn foresound_clip_from_file(
                 bytes[count]: Bytes, channels: Count, engine_rate_hz: Count
             ) -> clip: Handle {

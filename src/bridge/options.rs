@@ -20,11 +20,13 @@ record! {
         /// Maximum number of sources, 1 to 4,096.
         pub max_sources: u32,
         /// Sources with a slot of their own, 1 to 256; 0: as many as `max_sources`, at most 256. Beyond it neighbours share a
-        /// slot and masked sources are silent. Cost and memory grow with slots.
+        /// slot, and sources that others mask are silent (`unheard_sources` of ForesoundEngineHealth). Cost and memory grow with
+        /// slots.
         pub source_slots: u32,
         /// Maximum number of paths rendered at once, 1 to 16,384.
         pub max_voices: u32,
-        /// The loudest of them are rendered in full detail: their number.
+        /// How many of the paths rendered at once, the loudest, are rendered in full detail. The others use a shorter form of
+        /// the HRTF set.
         pub fine_voices: u32,
         /// Maximum number of paths of one update, 1 to 16,384.
         pub max_paths: u32,
@@ -46,7 +48,7 @@ record! {
         pub predictor: Predictor,
         /// 1: the work of a graphics frame is spread over the blocks until the next one; 0: the first block does all of it.
         pub even_blocks: u32,
-        /// Cores of the engine's threads.
+        /// Cores of the engine's threads. By default they are not pinned.
         pub affinity: Affinity,
         /// Core of the propagation thread, if `affinity` is FORESOUND_AFFINITY_CHOSEN.
         pub propagation_core: u32,
@@ -69,7 +71,8 @@ record! {
         pub min_distance_m: f32,
         /// Ceiling of the limiter in dB re full scale, -60 to 0.
         pub ceiling_db: f32,
-        /// Duration of a graphics frame in seconds, 0.001 to 1; 0: measured from the ticks.
+        /// Time from one graphics frame to the next (not of an audio frame) in seconds, 0.001 to 1, for rendering at another
+        /// speed than real time; 0: measured from the ticks, for games.
         pub frame_s: f64,
         /// Maximum path delay in seconds, 0.01 to 10.
         pub max_delay_s: f64,

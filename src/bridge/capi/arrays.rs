@@ -17,7 +17,8 @@ use crate::scene::TriangleMesh;
 
 /// Submits a graphics frame: the listener's pose, and the poses of the sources that moved. Meant for one call a frame;
 /// never waits for propagation or sound, except that the synchronous schedule runs propagation in it. After an invalid pose
-/// or an unknown source it fails, and the frame is submitted with the last valid poses. `sources`: null if none.
+/// (FORESOUND_STATUS_BAD_ARGUMENT: not finite, beyond 1,000 km, an orientation of no length) or an unknown source
+/// (FORESOUND_STATUS_STALE_SOURCE) it fails, and the frame is submitted with the last valid poses. `sources`: null if none.
 /// `pose_size`: sizeof(ForesoundPose). Control thread.
 ///
 /// # Safety
@@ -103,8 +104,10 @@ const MAX_SOURCE_PATHS: usize = 65_536;
 
 /// Builds a scene from triangles: three coordinates a vertex in metres, +y up, and three indices a triangle. With
 /// materials: their names, and one index into them a triangle; without: null and zero. `materials_toml`: the text of a
-/// materials file, or null. `options`: null for the defaults. `progress`: a handle of foresound_progress_create, or 0. Takes
-/// milliseconds to seconds: a control thread, but not the one that draws.
+/// materials file, or null. `options`: null for the defaults. `progress`: a handle of foresound_progress_create, or 0. Fails
+/// with FORESOUND_STATUS_FORMAT for a mesh or a materials file that is invalid, FORESOUND_STATUS_BAD_ARGUMENT for an option out of
+/// range, FORESOUND_STATUS_CANCELLED after foresound_progress_cancel. Takes milliseconds to seconds: a control thread, but not
+/// the one that draws.
 ///
 /// # Safety
 /// Pointers are null or valid as the header says.
@@ -158,8 +161,9 @@ pub unsafe extern "C" fn foresound_scene_from_mesh(
 }
 
 /// Renders `frames` audio frames of interleaved stereo into `output`; silence on failure. An engine of another number of
-/// channels than two is refused: use foresound_render_channels. `info`: null if unused. One thread at a time a renderer; a second concurrent call gets FORESOUND_STATUS_BUSY. Multiples of the engine's block size are the
-/// most efficient. Audio thread: wait-free, without allocation, without a message.
+/// channels than two fails with FORESOUND_STATUS_BAD_ARGUMENT: use foresound_render_channels. `info`: null if unused. One thread at
+/// a time a renderer; a second concurrent call gets FORESOUND_STATUS_BUSY. Multiples of the engine's block size are the most
+/// efficient. Audio thread: wait-free, without allocation, without a message.
 ///
 /// # Safety
 /// Pointers are null or valid as the header says; `output` has 2 x `frames` elements.

@@ -10,7 +10,7 @@ use crate::bridge::source_buses;
 /// Most frames of a block.
 const MAX_FRAMES: usize = 4096;
 
-/// Begins a block of `frames` audio frames, 1 to the option `block_frames`, whose sources are rendered apart: for a game with a
+/// Begins a block of `frames` audio frames, 1 to the option `block_frames` (else FORESOUND_STATUS_BAD_ARGUMENT), whose sources are rendered apart: for a game with a
 /// mixer of its own, in place of foresound_render. Then call foresound_render_source for each source and
 /// foresound_render_reverb once: the sum of their outputs is what foresound_render renders, without its limiter. Needs the option
 /// `source_buses` (else FORESOUND_STATUS_STATE). One thread at a time a renderer. Audio thread: wait-free, without allocation,
@@ -24,8 +24,9 @@ pub extern "C" fn foresound_render_begin(renderer: u64, frames: usize) -> Status
 /// (foresound_renderer_channels); silence on failure. Its paths, without the late reverb. `dry`: the block's mono samples of the
 /// source, 1 being the pressure at 1 m, or null for what the source plays in the engine. `bus` (null if unused) receives
 /// what the output holds. Once a source and block; a source that is not rendered is in foresound_render_reverb's output. A
-/// source that was removed, or that no graphics frame has yet, fails with FORESOUND_STATUS_STALE_SOURCE. Audio thread: as
-/// foresound_render_begin.
+/// source that was removed, or that no graphics frame has yet, fails with FORESOUND_STATUS_STALE_SOURCE; a second call for it, or
+/// one outside a block, with FORESOUND_STATUS_STATE; other frames or channels than the block's with FORESOUND_STATUS_BAD_ARGUMENT.
+/// Audio thread: as foresound_render_begin.
 ///
 /// # Safety
 /// Pointers are null or valid as the header says; `dry` has `frames` elements, `output` `channels` x `frames`.
@@ -60,8 +61,9 @@ pub unsafe extern "C" fn foresound_render_source(
 
 /// Ends the block: renders the late reverb of all sources into `output`, and with it everything without a bus of its own in this
 /// block: sources that were not rendered, that share slots (with more sources than slots) or have no position, and the
-/// fading sound of removed ones. Silence on failure; a wrong number of frames ends the block too. `info`: null if unused; of
-/// the whole block. Audio thread: as foresound_render_begin.
+/// fading sound of removed ones. Silence on failure: FORESOUND_STATUS_STATE outside a block, FORESOUND_STATUS_BAD_ARGUMENT for other
+/// channels or frames than the block's; a wrong number of frames ends the block too. `info`: null if unused; of the whole block.
+/// Audio thread: as foresound_render_begin.
 ///
 /// # Safety
 /// Pointers are null or valid as the header says; `output` has `channels` x `frames` elements.
@@ -84,7 +86,7 @@ pub unsafe extern "C" fn foresound_render_reverb(
 }
 
 /// Renders each of several listeners into its own part of `output`, one after the other: `listeners` times `frames` audio frames of
-/// interleaved `channels`, the option `listeners` and the engine's channels; silence on failure. foresound_render gives their mix,
+/// interleaved `channels`, the option `listeners` and the engine's channels (else FORESOUND_STATUS_BAD_ARGUMENT); silence on failure. foresound_render gives their mix,
 /// for listeners at one pair of loudspeakers. `info`: null if unused. Audio thread: as foresound_render.
 ///
 /// # Safety

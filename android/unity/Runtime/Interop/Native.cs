@@ -58,7 +58,9 @@ namespace Foresound.Interop
         Hold = 0,
         /// <summary>Delays and amplitudes go on along lines.</summary>
         Linear = 1,
-        /// <summary>Paths are computed anew for the poses of each graphics frame.</summary>
+        /// <summary>
+        /// Paths are computed anew for the poses of graphics frames. The default; `best` on the command line.
+        /// </summary>
         Geometric = 2,
     }
 
@@ -299,12 +301,16 @@ namespace Foresound.Interop
         public uint MaxSources;
         /// <summary>
         /// Sources with a slot of their own, 1 to 256; 0: as many as `max_sources`, at most 256. Beyond it neighbours share a
-        /// slot and masked sources are silent. Cost and memory grow with slots.
+        /// slot, and sources that others mask are silent (`unheard_sources` of ForesoundEngineHealth). Cost and memory grow with
+        /// slots.
         /// </summary>
         public uint SourceSlots;
         /// <summary>Maximum number of paths rendered at once, 1 to 16,384.</summary>
         public uint MaxVoices;
-        /// <summary>The loudest of them are rendered in full detail: their number.</summary>
+        /// <summary>
+        /// How many of the paths rendered at once, the loudest, are rendered in full detail. The others use a shorter form of
+        /// the HRTF set.
+        /// </summary>
         public uint FineVoices;
         /// <summary>Maximum number of paths of one update, 1 to 16,384.</summary>
         public uint MaxPaths;
@@ -330,7 +336,7 @@ namespace Foresound.Interop
         /// 1: the work of a graphics frame is spread over the blocks until the next one; 0: the first block does all of it.
         /// </summary>
         public uint EvenBlocks;
-        /// <summary>Cores of the engine's threads.</summary>
+        /// <summary>Cores of the engine's threads. By default they are not pinned.</summary>
         public Affinity Affinity;
         /// <summary>Core of the propagation thread, if `affinity` is FORESOUND_AFFINITY_CHOSEN.</summary>
         public uint PropagationCore;
@@ -358,7 +364,8 @@ namespace Foresound.Interop
         /// <summary>Ceiling of the limiter in dB re full scale, -60 to 0.</summary>
         public float CeilingDb;
         /// <summary>
-        /// Duration of a graphics frame in seconds, 0.001 to 1; 0: measured from the ticks.
+        /// Time from one graphics frame to the next (not of an audio frame) in seconds, 0.001 to 1, for rendering at another
+        /// speed than real time; 0: measured from the ticks, for games.
         /// </summary>
         public double FrameS;
         /// <summary>Maximum path delay in seconds, 0.01 to 10.</summary>
@@ -552,7 +559,11 @@ namespace Foresound.Interop
         public float ThermalHeadroom;
         /// <summary>Threads with a performance hint session, a sum of ForesoundHintedThread.</summary>
         public uint Hinted;
-        /// <summary>Sources that louder ones mask, if there are more sources than slots.</summary>
+        /// <summary>
+        /// Sources without a slot in the newest tick, as nothing of them would be heard: they play nothing, are below -100 dB re
+        /// full scale, or are masked, with less than a millionth (-60 dB) of the energy of all sources at the listener. 0 while
+        /// there are as many slots as sources.
+        /// </summary>
         public uint UnheardSources;
         /// <summary>Rays cast by the newest update.</summary>
         public ulong Rays;
@@ -968,8 +979,10 @@ namespace Foresound.Interop
         /// Creates an engine in free field without sources. `engine` receives the handle of the control half, `renderer`
         /// that of the audio half. Takes some ten milliseconds. Control thread.
         ///
-        /// `api_version`: FORESOUND_API_VERSION; another major version than the library's is refused
-        /// (FORESOUND_STATUS_VERSION). `options`: null for the defaults. `hrtf`: content of an HRTF set's file, baked or SOFA (some seconds); null for the built-in set.
+        /// `api_version`: FORESOUND_API_VERSION. `options`: null for the defaults. `hrtf`: content of an HRTF set's file,
+        /// baked or SOFA (some seconds); null for the built-in set. Fails with FORESOUND_STATUS_VERSION for another major
+        /// version than the library's, FORESOUND_STATUS_BAD_ARGUMENT also for more memory than `max_memory_mib`,
+        /// FORESOUND_STATUS_FORMAT for a damaged HRTF set, FORESOUND_STATUS_STATE if the system starts no thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_engine_create", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status EngineCreate(
@@ -984,8 +997,8 @@ namespace Foresound.Interop
 
         /// <summary>
         /// Gives all surfaces of a material's name, in the scene and in instances, other properties from the next tick on;
-        /// audible with the next update. Another scene has its own. `material`: null for a surface that reflects everything.
-        /// Control thread.
+        /// audible with the next update. Another scene has its own. `material`: null for a surface that reflects
+        /// everything. Fails with FORESOUND_STATUS_BAD_ARGUMENT for a name that no surface has. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_engine_set_material", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status EngineSetMaterial(ulong engine, byte* name, MaterialOptions* material);
@@ -1005,23 +1018,28 @@ namespace Foresound.Interop
         public static extern Status EngineSetPredictor(ulong engine, Predictor predictor);
 
         /// <summary>
-        /// Changes the layout, such as when headphones are plugged in or out: sound cross-fades within the next graphics
-        /// frame. The number of channels stays: a layout of more channels than the output is refused
-        /// (FORESOUND_STATUS_BAD_ARGUMENT). Takes some milliseconds. Control thread.
+        /// Changes the layout, such as when headphones are plugged in or out: sound cross-fades within the next
+        /// graphics frame. The number of channels stays: a layout of more channels than the output fails with
+        /// FORESOUND_STATUS_BAD_ARGUMENT, as does the binaural one without an HRTF set for the rate. Takes some
+        /// milliseconds. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_engine_set_layout", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status EngineSetLayout(ulong engine, Layout layout);
 
         /// <summary>
-        /// Changes the HRTF set: binaural sound cross-fades within the next graphics frame. `hrtf`: content of a SOFA file of
-        /// the convention SimpleFreeFieldHRIR, or of a baked set at the engine's sample rate; null for the built-in set. A
-        /// baked set takes some milliseconds. A SOFA file takes some seconds, in which other calls of the engine go on:
-        /// call it on a thread of its own. Any thread but the sound's.
+        /// Changes the HRTF set: binaural sound cross-fades within the next graphics frame. `hrtf`: content of a SOFA
+        /// file of the convention SimpleFreeFieldHRIR, or of a baked set at the engine's sample rate; null for the
+        /// built-in set. A baked set takes some milliseconds. A SOFA file takes some seconds, in which other calls of
+        /// the engine go on: call it on a thread of its own. Fails with FORESOUND_STATUS_FORMAT for a damaged set and
+        /// FORESOUND_STATUS_BAD_ARGUMENT for one of another sample rate; the set stays. Any thread but the sound's.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_engine_set_hrtf", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status EngineSetHrtf(ulong engine, byte* hrtf, UIntPtr hrtfBytes);
 
-        /// <summary>Sets when propagation runs, after the running update. Control thread.</summary>
+        /// <summary>
+        /// Sets when propagation runs, after the running update. Fails with FORESOUND_STATUS_STATE if the system
+        /// starts no thread; the schedule stays. Control thread.
+        /// </summary>
         [DllImport(Library, EntryPoint = "foresound_engine_set_schedule", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status EngineSetSchedule(ulong engine, Schedule schedule);
 
@@ -1036,7 +1054,9 @@ namespace Foresound.Interop
         public static extern Status EngineResume(ulong engine);
 
         /// <summary>
-        /// Restarts propagation after its failure (FORESOUND_ENGINE_STATE_PROPAGATION_FAILED), after the running update. Control thread.
+        /// Restarts propagation after its failure (FORESOUND_ENGINE_STATE_PROPAGATION_FAILED), after the running
+        /// update. Fails with FORESOUND_STATUS_STATE if the system starts no thread; another call tries again.
+        /// Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_engine_restart", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status EngineRestart(ulong engine);
@@ -1068,9 +1088,10 @@ namespace Foresound.Interop
         public static extern Status EngineHealth(ulong engine, EngineHealth* health);
 
         /// <summary>
-        /// Adds an instance of a part, such as a door, at a pose from the next tick on; `instance` receives its id. A part is
-        /// a scene in local coordinates, a hinge at the origin; its handle may be closed afterwards, and instances may
-        /// share it. Instances stay when the scene is replaced. `pose_size`: sizeof(ForesoundPose). Control thread.
+        /// Adds an instance of a part, such as a door, at a pose from the next tick on; `instance` receives its id. A part
+        /// is a scene in local coordinates, a hinge at the origin; its handle may be closed afterwards, and instances may
+        /// share it. Instances stay when the scene is replaced. `pose_size`: sizeof(ForesoundPose). Fails with
+        /// FORESOUND_STATUS_BAD_ARGUMENT for a part of too many triangles, and for too many instances. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_instance_add", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status InstanceAdd(ulong engine, ulong part, Pose* pose, UIntPtr poseSize, uint* instance);
@@ -1086,7 +1107,8 @@ namespace Foresound.Interop
 
         /// <summary>
         /// Moves an instance from the next tick on. The orientation is a quaternion of length 1; after an invalid pose the
-        /// last valid one stays. `pose_size`: sizeof(ForesoundPose). Control thread.
+        /// last valid one stays. `pose_size`: sizeof(ForesoundPose). Fails with FORESOUND_STATUS_BAD_ARGUMENT for one that
+        /// was added by foresound_instance_add_joined. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_instance_move", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status InstanceMove(ulong engine, uint instance, Pose* pose, UIntPtr poseSize);
@@ -1122,22 +1144,28 @@ namespace Foresound.Interop
         public static extern Status ProgressCancel(ulong progress);
 
         /// <summary>
-        /// Builds a scene from a mesh file: OBJ or PLY, and glTF or GLB if the library is built with its feature `gltf`.
-        /// The file names materials. Else as foresound_scene_from_mesh. Or loads a saved scene, for which the other arguments
-        /// mean nothing.
+        /// Builds a scene from a mesh file: OBJ or PLY, and glTF or GLB if the library is built with its feature
+        /// `gltf`. The file names materials. Or loads a saved scene, for which `materials_toml`, `options` and
+        /// `progress` mean nothing. Else as foresound_scene_from_mesh, also in how it fails, and with
+        /// FORESOUND_STATUS_FILE for a file that cannot be read. Takes milliseconds to seconds: a control thread, but
+        /// not the one that draws.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_scene_from_file", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SceneFromFile(
             byte* path, byte* materialsToml, SceneOptions* options, ulong progress, ulong* scene);
 
         /// <summary>
-        /// Saves a scene to a file, which foresound_scene_from_file and foresound_scene_from_bytes load in a twentieth of the
-        /// time of its construction or less, on any machine. Control thread.
+        /// Saves a scene to a file, which foresound_scene_from_file and foresound_scene_from_bytes load in a
+        /// twentieth of the time of its construction or less, on any machine. Fails with FORESOUND_STATUS_FILE for a
+        /// file that cannot be written. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_scene_save", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SceneSave(ulong scene, byte* path);
 
-        /// <summary>Loads a saved scene from the bytes of its file. Control thread.</summary>
+        /// <summary>
+        /// Loads a saved scene from the bytes of its file. Fails with FORESOUND_STATUS_FORMAT for other bytes, damaged ones
+        /// and those of another version. Control thread.
+        /// </summary>
         [DllImport(Library, EntryPoint = "foresound_scene_from_bytes", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SceneFromBytes(byte* bytes, UIntPtr count, ulong* scene);
 
@@ -1157,9 +1185,11 @@ namespace Foresound.Interop
         public static extern Status RendererChannels(ulong renderer, uint* channels);
 
         /// <summary>
-        /// Plays a renderer of two channels on the system's device (Oboe on Android, a silent device elsewhere), rendered `blocks_ahead`
-        /// blocks ahead (1 to 64) on a thread of its own. Closes the renderer's handle. A device that is lost or does not
-        /// open is opened again at growing intervals. Control thread.
+        /// Plays a renderer of two channels on the system's device (Oboe on Android, a silent device elsewhere), rendered
+        /// `blocks_ahead` blocks ahead (1 to 64) on a thread of its own. Closes the renderer's handle. A device that is
+        /// lost or does not open is opened again at growing intervals. Fails with FORESOUND_STATUS_STATE if the system
+        /// starts no thread; after FORESOUND_STATUS_BAD_ARGUMENT, also for other channels, the renderer stays open. Control
+        /// thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_output_start", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status OutputStart(ulong renderer, UIntPtr blocksAhead, ulong* output);
@@ -1177,7 +1207,8 @@ namespace Foresound.Interop
         public static extern Status EngineSetListener(ulong engine, uint listener, Pose* pose, UIntPtr poseSize);
 
         /// <summary>
-        /// Adds a silent source at a position in metres; `source` receives its id. Control thread.
+        /// Adds a silent source at a position in metres; `source` receives its id. Fails with FORESOUND_STATUS_STATE
+        /// if the engine has `max_sources` sources. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_source_add", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SourceAdd(ulong engine, float xM, float yM, float zM, uint* source);
@@ -1215,9 +1246,9 @@ namespace Foresound.Interop
         public static extern Status SourceConfigure(ulong engine, uint source, SourceOptions* options);
 
         /// <summary>
-        /// Sets a source's directivity table from the next tick on: rows of eight levels in dB, one a band, the angles evenly
-        /// from the front to the back, both included; 2 to 181 rows of -63 to 60 dB or minus infinity. `levels`: their
-        /// number, 8 x rows; 0 for no table. The table is multiplied with the options' directivity. Control thread.
+        /// Sets a source's directivity table from the next tick on: rows of eight levels in dB, one a band, the angles
+        /// evenly from the front to the back, both included; 2 to 181 rows of -63 to 60 dB or minus infinity. `levels`:
+        /// their number, 8 x rows; 0 for no table. The table is multiplied with the options' directivity. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_source_set_directivity_table", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SourceSetDirectivityTable(
@@ -1242,8 +1273,8 @@ namespace Foresound.Interop
         public static extern Status SourceMute(ulong engine, uint source, uint muted);
 
         /// <summary>
-        /// Plays a clip from its beginning, once (0) or in a loop (1). The clip's handle may be closed afterwards. Control
-        /// thread.
+        /// Plays a clip from its beginning, once (0) or in a loop (1). The clip's handle may be closed afterwards. Fails
+        /// with FORESOUND_STATUS_BAD_ARGUMENT for a clip at another rate than the engine's. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_source_play", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SourcePlay(ulong engine, uint source, ulong clip, uint looped);
@@ -1253,15 +1284,18 @@ namespace Foresound.Interop
         public static extern Status PlayOptionsDefault(PlayOptions* options);
 
         /// <summary>
-        /// Plays a clip with loop points, from a frame of it, at a frame of the engine. A pause of the source ends; its pitch
-        /// stays. `options`: null for the defaults. The clip's handle may be closed afterwards. Control thread.
+        /// Plays a clip with loop points, from a frame of it, at a frame of the engine. A pause of the source ends;
+        /// its pitch stays. `options`: null for the defaults. The clip's handle may be closed afterwards. Fails as
+        /// foresound_source_play. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_source_play_clip", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SourcePlayClip(ulong engine, uint source, ulong clip, PlayOptions* options);
 
         /// <summary>
-        /// Plays a clip once at a position in metres and forgets it: its source is removed when the clip has ended and its
-        /// last path has arrived. `source` receives its id. `play` and `options`: null for the defaults. Control thread.
+        /// Plays a clip once at a position in metres and forgets it: its source is removed when the clip has ended
+        /// and its last path has arrived. `source` receives its id. `play` and `options`: null for the defaults. The
+        /// id may be used until then, afterwards it gives FORESOUND_STATUS_STALE_SOURCE. Fails as
+        /// foresound_source_add and foresound_source_play, and adds nothing then. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_engine_play_once", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status EnginePlayOnce(
@@ -1280,7 +1314,8 @@ namespace Foresound.Interop
         public static extern Status SourcePause(ulong engine, uint source, uint paused);
 
         /// <summary>
-        /// Continues a source's clip at another audio frame of it from the next tick on, with a cross-fade. Control thread.
+        /// Continues a source's clip at another audio frame of it from the next tick on, with a cross-fade. Fails with
+        /// FORESOUND_STATUS_STATE if it plays no clip. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_source_seek", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SourceSeek(ulong engine, uint source, uint frame);
@@ -1311,15 +1346,16 @@ namespace Foresound.Interop
 
         /// <summary>
         /// Makes a clip of mono samples at `rate_hz` for engines at `engine_rate_hz` (1,000 to 384,000 Hz), copied and
-        /// resampled. A sample of 1 is full scale at 1 m. Control thread.
+        /// resampled. A sample of 1 is full scale at 1 m. At most 2^28 samples, 2^26 if they are resampled. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_clip_from_samples", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status ClipFromSamples(
             float* samples, UIntPtr count, uint rateHz, uint engineRateHz, ulong* clip);
 
         /// <summary>
-        /// Makes a clip of the bytes of a WAV file (PCM of 8 to 32 bits or float; channels are averaged) for engines at
-        /// `engine_rate_hz`. Control thread.
+        /// Makes a clip of the bytes of a WAV file (PCM of 8 to 32 bits or float; channels are averaged) for engines
+        /// at `engine_rate_hz`. Fails with FORESOUND_STATUS_FORMAT for bytes of another format, else as
+        /// foresound_clip_from_samples. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_clip_from_wav", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status ClipFromWav(byte* bytes, UIntPtr count, uint engineRateHz, ulong* clip);
@@ -1348,9 +1384,10 @@ namespace Foresound.Interop
             float* samples, UIntPtr count, uint rateHz, uint engineRateHz, ulong* clip);
 
         /// <summary>
-        /// Makes a clip of the bytes of a sound file: WAV, or FLAC or Ogg Vorbis if the library is built with its feature
-        /// `compressed`. `channels`: 1 for their mean, 2 for the first two, 4 for a sound field in AmbiX form, for which the
-        /// file must have four. Control thread.
+        /// Makes a clip of the bytes of a sound file: WAV, or FLAC or Ogg Vorbis if the library is built with its
+        /// feature `compressed`. `channels`: 1 for their mean, 2 for the first two, 4 for a sound field in AmbiX
+        /// form, for which the file must have four. Fails with FORESOUND_STATUS_FORMAT for other bytes and formats
+        /// that the library is built without, else as foresound_clip_from_samples. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_clip_from_file", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status ClipFromFile(
@@ -1374,7 +1411,8 @@ namespace Foresound.Interop
         /// <summary>
         /// Submits a graphics frame: the listener's pose, and the poses of the sources that moved. Meant for one call a frame;
         /// never waits for propagation or sound, except that the synchronous schedule runs propagation in it. After an invalid pose
-        /// or an unknown source it fails, and the frame is submitted with the last valid poses. `sources`: null if none.
+        /// (FORESOUND_STATUS_BAD_ARGUMENT: not finite, beyond 1,000 km, an orientation of no length) or an unknown source
+        /// (FORESOUND_STATUS_STALE_SOURCE) it fails, and the frame is submitted with the last valid poses. `sources`: null if none.
         /// `pose_size`: sizeof(ForesoundPose). Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_engine_tick", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
@@ -1400,8 +1438,10 @@ namespace Foresound.Interop
         /// <summary>
         /// Builds a scene from triangles: three coordinates a vertex in metres, +y up, and three indices a triangle. With
         /// materials: their names, and one index into them a triangle; without: null and zero. `materials_toml`: the text of a
-        /// materials file, or null. `options`: null for the defaults. `progress`: a handle of foresound_progress_create, or 0. Takes
-        /// milliseconds to seconds: a control thread, but not the one that draws.
+        /// materials file, or null. `options`: null for the defaults. `progress`: a handle of foresound_progress_create, or 0. Fails
+        /// with FORESOUND_STATUS_FORMAT for a mesh or a materials file that is invalid, FORESOUND_STATUS_BAD_ARGUMENT for an option out of
+        /// range, FORESOUND_STATUS_CANCELLED after foresound_progress_cancel. Takes milliseconds to seconds: a control thread, but not
+        /// the one that draws.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_scene_from_mesh", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SceneFromMesh(
@@ -1409,8 +1449,9 @@ namespace Foresound.Interop
 
         /// <summary>
         /// Renders `frames` audio frames of interleaved stereo into `output`; silence on failure. An engine of another number of
-        /// channels than two is refused: use foresound_render_channels. `info`: null if unused. One thread at a time a renderer; a second concurrent call gets FORESOUND_STATUS_BUSY. Multiples of the engine's block size are the
-        /// most efficient. Audio thread: wait-free, without allocation, without a message.
+        /// channels than two fails with FORESOUND_STATUS_BAD_ARGUMENT: use foresound_render_channels. `info`: null if unused. One thread at
+        /// a time a renderer; a second concurrent call gets FORESOUND_STATUS_BUSY. Multiples of the engine's block size are the most
+        /// efficient. Audio thread: wait-free, without allocation, without a message.
         ///
         /// `output` has 2 x `frames` elements.
         /// </summary>
@@ -1437,7 +1478,7 @@ namespace Foresound.Interop
         public static extern Status StreamWrite(ulong stream, float* samples, UIntPtr count, UIntPtr* written);
 
         /// <summary>
-        /// Begins a block of `frames` audio frames, 1 to the option `block_frames`, whose sources are rendered apart: for a game with a
+        /// Begins a block of `frames` audio frames, 1 to the option `block_frames` (else FORESOUND_STATUS_BAD_ARGUMENT), whose sources are rendered apart: for a game with a
         /// mixer of its own, in place of foresound_render. Then call foresound_render_source for each source and
         /// foresound_render_reverb once: the sum of their outputs is what foresound_render renders, without its limiter. Needs the option
         /// `source_buses` (else FORESOUND_STATUS_STATE). One thread at a time a renderer. Audio thread: wait-free, without allocation,
@@ -1451,8 +1492,9 @@ namespace Foresound.Interop
         /// (foresound_renderer_channels); silence on failure. Its paths, without the late reverb. `dry`: the block's mono samples of the
         /// source, 1 being the pressure at 1 m, or null for what the source plays in the engine. `bus` (null if unused) receives
         /// what the output holds. Once a source and block; a source that is not rendered is in foresound_render_reverb's output. A
-        /// source that was removed, or that no graphics frame has yet, fails with FORESOUND_STATUS_STALE_SOURCE. Audio thread: as
-        /// foresound_render_begin.
+        /// source that was removed, or that no graphics frame has yet, fails with FORESOUND_STATUS_STALE_SOURCE; a second call for it, or
+        /// one outside a block, with FORESOUND_STATUS_STATE; other frames or channels than the block's with FORESOUND_STATUS_BAD_ARGUMENT.
+        /// Audio thread: as foresound_render_begin.
         ///
         /// `dry` has `frames` elements, `output` `channels` x `frames`.
         /// </summary>
@@ -1463,8 +1505,9 @@ namespace Foresound.Interop
         /// <summary>
         /// Ends the block: renders the late reverb of all sources into `output`, and with it everything without a bus of its own in this
         /// block: sources that were not rendered, that share slots (with more sources than slots) or have no position, and the
-        /// fading sound of removed ones. Silence on failure; a wrong number of frames ends the block too. `info`: null if unused; of
-        /// the whole block. Audio thread: as foresound_render_begin.
+        /// fading sound of removed ones. Silence on failure: FORESOUND_STATUS_STATE outside a block, FORESOUND_STATUS_BAD_ARGUMENT for other
+        /// channels or frames than the block's; a wrong number of frames ends the block too. `info`: null if unused; of the whole block.
+        /// Audio thread: as foresound_render_begin.
         ///
         /// `output` has `channels` x `frames` elements.
         /// </summary>
@@ -1474,7 +1517,7 @@ namespace Foresound.Interop
 
         /// <summary>
         /// Renders each of several listeners into its own part of `output`, one after the other: `listeners` times `frames` audio frames of
-        /// interleaved `channels`, the option `listeners` and the engine's channels; silence on failure. foresound_render gives their mix,
+        /// interleaved `channels`, the option `listeners` and the engine's channels (else FORESOUND_STATUS_BAD_ARGUMENT); silence on failure. foresound_render gives their mix,
         /// for listeners at one pair of loudspeakers. `info`: null if unused. Audio thread: as foresound_render.
         ///
         /// `output` has `listeners` x `channels` x `frames` elements.
