@@ -85,6 +85,56 @@ private fun refusedListener() {
     }
 }
 
+/** A one-shot is moved until its end; what the game does with it afterwards disturbs nothing, and its slot serves another one. */
+private fun followedOneShot() {
+    val options = EngineOptions(
+        maxSources = 1,
+        guideRays = 16,
+        sourceRays = 16,
+        schedule = Schedule.SYNCHRONOUS,
+        frameSeconds = 1.0 / 60.0,
+        maxDelaySeconds = 0.05,
+    )
+    val buffer = ByteBuffer.allocateDirect(2 * 800 * 4).order(ByteOrder.nativeOrder())
+    Engine(options).use { engine ->
+        fun frame() {
+            engine.tick()
+            engine.render(buffer, 800)
+        }
+        val clip = Clip.loadStereoSamples(FloatArray(16_000) { 0.1f }, 48_000, 48_000)
+        val first = engine.playOnce(clip, 0f, 0f, -2f)
+        frame()
+        first.set(0f, 0f, -10f)
+        frame()
+        engine.takeNumbers()
+        frame()
+        engine.takeNumbers()
+        check(first.paths().single().delaySeconds > 0.02) { "the one-shot has not moved" }
+        check(first.playback().state == PlaybackState.PLAYING)
+        // Its end: the clip's ten frames, its paths and the late reverb.
+        repeat(120) {
+            first.set(0f, 0f, -10f - it)
+            frame()
+        }
+        check(engine.statistics().sources == 0)
+        refuses<IllegalArgumentException> { first.setGain(1f) }
+        val second = engine.playOnce(clip, 0f, 0f, -2f, PlayOptions(looped = true))
+        first.set(0f, 0f, -5f)
+        first.close()
+        frame()
+        check(engine.statistics().sources == 1)
+        second.close()
+        frame()
+        check(engine.statistics().sources == 0)
+        val third = engine.playOnce(clip, 0f, 0f, -2f)
+        repeat(120) { frame() }
+        third.set(0f, 0f, -5f)
+        frame()
+        third.close()
+        clip.close()
+    }
+}
+
 /** A handle that fails leaves none of the others open, and does not end the thread that closes forgotten objects. */
 private fun failingHandles() {
     val closed = Native.progressCreate()
@@ -257,6 +307,7 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
     }
     sourcesApart()
     refusedListener()
+    followedOneShot()
     failingHandles()
     // A cancelled load may end a moment later.
     for (n in 0 until 100) if (Native.openHandles() != 0) Thread.sleep(50)

@@ -40,6 +40,7 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
     private val handles: Handles
     private var output = 0L
     private var playing = false
+    private val playbackNumbers = DoubleArray(Native.Playback.LENGTH)
     private val pathNumbers = DoubleArray(options.shownPaths * Native.ShownPath.LENGTH)
     private val sources = arrayOfNulls<Source>(options.maxSources)
     private val frame: ByteBuffer =
@@ -74,7 +75,16 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
         val slot = slotOf(source.id)
         if (sources[slot] !== source) return
         sources[slot] = null
+        if (source.isOneShot && hasEnded(source.id)) return
         Native.sourceRemove(handle, source.id)
+    }
+
+    /** Whether a source was removed by the engine. */
+    private fun hasEnded(id: Int): Boolean = try {
+        Native.sourcePlayback(handle, id, playbackNumbers)
+        false
+    } catch (removed: IllegalArgumentException) {
+        true
     }
 
     /**
@@ -89,10 +99,13 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
         listener.pose.write(frame, 0)
         var count = 0
         for (source in sources) {
-            if (source != null && source.takeMoved()) {
-                source.pose.write(frame, source.id)
-                count++
+            if (source == null || !source.takeMoved()) continue
+            if (source.isOneShot && hasEnded(source.id)) {
+                sources[slotOf(source.id)] = null
+                continue
             }
+            source.pose.write(frame, source.id)
+            count++
         }
         var refused: RuntimeException? = null
         for (index in 1 until listeners.size) {
@@ -300,8 +313,11 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
 
     /**
      * Plays a clip once at a position in metres and forgets it: its source is removed when the clip has ended and its last path has
-     * arrived. [clip] may be closed then.
+     * arrived. [clip] may be closed then. The source that is returned may be ignored; until its end it can be moved, faded and
+     * closed, afterwards [Source.set], [Source.turn] and [Source.close] do nothing and its other functions throw
+     * [IllegalArgumentException].
      */
+    @Synchronized
     @JvmOverloads
     fun playOnce(
         clip: Clip,
@@ -310,8 +326,9 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
         z: Float,
         play: PlayOptions = PlayOptions(),
         options: SourceOptions = SourceOptions(),
-    ) {
-        Native.enginePlayOnce(handle, clip.handle, x, y, z, play.numbers(), options.numbers())
+    ): Source {
+        val id = Native.enginePlayOnce(handle, clip.handle, x, y, z, play.numbers(), options.numbers())
+        return Source(this, id, x, y, z, isOneShot = true).also { sources[slotOf(id)] = it }
     }
 
     internal fun play(id: Int, clip: Clip, options: DoubleArray) =

@@ -42,7 +42,10 @@ class Health internal constructor(numbers: DoubleArray) {
     val hintsPropagation = numbers[Index.HINTED].toInt() and Native.HintedThread.PROPAGATION != 0
     /** Whether the audio thread has a performance hint session. */
     val hintsSound = numbers[Index.HINTED].toInt() and Native.HintedThread.AUDIO != 0
-    /** Sources that louder ones mask, if there are more sources than slots. */
+    /**
+     * Sources without a slot in the newest tick, as nothing of them would be heard: they play nothing, are below -100 dB re full
+     * scale, or are masked, with less than a millionth (-60 dB) of the energy of all sources at the listener.
+     */
     val unheardSources = numbers[Index.UNHEARD_SOURCES].toInt()
     /** Rays cast by the newest update. */
     val rays = numbers[Index.RAYS].toLong()

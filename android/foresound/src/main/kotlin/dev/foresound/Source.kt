@@ -49,6 +49,8 @@ class Source internal constructor(
     x: Float,
     y: Float,
     z: Float,
+    /** Whether the engine removes it at the end of its clip ([Engine.playOnce]). */
+    internal val isOneShot: Boolean = false,
 ) : AutoCloseable {
     internal val pose = Pose().apply { move(x, y, z) }
     private var moved = false
