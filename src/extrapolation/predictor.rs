@@ -42,14 +42,15 @@ pub trait Predictor: Send {
     fn predict(&mut self, path: &TrackedPath<'_>, at: &FrameContext<'_>) -> FramePath;
 }
 
-/// The available predictors.
+/// The available predictors. The command line, JSON and the pages on experiments call them by [`Self::name`]: `hold`, `linear` and, for
+/// [`Self::Geometric`], `best`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PredictorKind {
     /// Zero-order hold: every path is unchanged from the newest update.
     Hold,
     /// The paper's predictor: amplitudes by Eq. 2 to 4.
     Linear,
-    /// Own: exact geometry in every graphics frame, visibility by a few rays. See `geometric`. The default.
+    /// Own: exact geometry for the poses of graphics frames, visibility by a few rays. The default; `best` on the command line.
     Geometric(GeometricSettings),
 }
 
@@ -67,7 +68,7 @@ impl PredictorKind {
         Self::Geometric(GeometricSettings::FULL),
     ];
 
-    /// The name on the command line and in JSON.
+    /// The name on the command line and in JSON: `best` for [`Self::Geometric`].
     pub fn name(self) -> &'static str {
         match self {
             Self::Hold => "hold",

@@ -236,7 +236,7 @@ pub fn parse_position(argument: &str, text: &str) -> Result<Vec3> {
         }
         _ => Err(Error::setting(
             argument,
-            format!("{text:?} is no place"),
+            format!("{text:?} is not a position"),
             "give three numbers in metres such as 1,1.6,-2",
         )),
     }

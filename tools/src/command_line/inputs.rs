@@ -327,8 +327,12 @@ impl SceneArguments {
     }
 }
 
-/// A predictor by its name.
+/// A predictor by its name; `geometric`, as the library calls it, is `best`.
 pub(crate) fn predictor_named(name: &str) -> Result<PredictorKind> {
+    let name = match name {
+        "geometric" => "best",
+        name => name,
+    };
     let found = PredictorKind::ALL
         .into_iter()
         .find(|kind| kind.name() == name);
