@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     settings.generation.listeners = listeners;
     settings.generation.max_sources = sources;
     settings.schedule = EngineSchedule::Synchronous;
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings.frame_time = FrameTime::Fixed(1.0 / 60.0);
     // Every graphics frame is complete in its block, whatever the number of listeners.
     settings.even_blocks = false;

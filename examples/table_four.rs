@@ -191,8 +191,8 @@ fn main() -> Result<()> {
         let Some((_, stage)) = &last else { continue };
         let sources = cell.sources;
         for (affinity, pinned) in [
-            (AffinityPolicy::None, false),
-            (AffinityPolicy::PreferBig, true),
+            (AffinityPolicy::System, false),
+            (AffinityPolicy::Fastest, true),
         ] {
             // On a new thread, because core and priority cannot be reset.
             let both = std::thread::scope(|scope| {

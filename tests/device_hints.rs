@@ -109,7 +109,7 @@ impl Playing {
         let symbols = unsafe { Symbols::found_by(&mut |name| address(name)) };
         let mut settings = EngineSettings::default();
         settings.schedule = schedule;
-        settings.affinity = AffinityPolicy::None;
+        settings.affinity = AffinityPolicy::System;
         settings.propagation.guide_rays = 64;
         settings.propagation.source_rays = 16;
         settings.device_hints.symbols = Box::leak(Box::new(symbols));

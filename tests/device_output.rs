@@ -143,7 +143,7 @@ fn wait_for(output: &DeviceOutput, condition: impl Fn(&DeviceReport) -> bool) ->
 #[test]
 fn sound_continues_when_the_device_fails() {
     let mut settings = EngineSettings::default();
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     let (mut controller, renderer) = Engine::new(settings).expect("can be");
     let source = controller
         .add_source(Vec3::new(0.0, 0.0, -1.0))

@@ -22,7 +22,7 @@ fn settings(schedule: EngineSchedule) -> EngineSettings {
     settings.propagation.guide_rays = 64;
     settings.propagation.source_rays = 16;
     settings.schedule = schedule;
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings.frame_time = FrameTime::Fixed(0.01);
     settings
 }

@@ -26,7 +26,7 @@ fn settings(slots: usize) -> EngineSettings {
     settings.propagation.guide_rays = 256;
     settings.propagation.source_rays = 32;
     settings.schedule = EngineSchedule::Synchronous;
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings.frame_time = FrameTime::Fixed(0.01);
     settings
 }

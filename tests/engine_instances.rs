@@ -19,7 +19,7 @@ fn settings() -> EngineSettings {
     settings.propagation.guide_rays = 64;
     settings.propagation.source_rays = 16;
     settings.schedule = EngineSchedule::Synchronous;
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings.frame_time = FrameTime::Fixed(0.01);
     settings
 }

@@ -33,7 +33,7 @@ fn settings() -> EngineSettings {
     settings.generation.max_sources = SOURCES;
     settings.propagation.guide_rays = 128;
     settings.propagation.source_rays = 32;
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings
 }
 
@@ -321,7 +321,7 @@ fn a_null_device_calls_back_until_it_is_stopped() {
     let (_controller, mut renderer) = Engine::new(settings()).expect("an engine");
     let calls = Arc::new(AtomicU64::new(0));
     let counted = Arc::clone(&calls);
-    let device = NullDevice::start(44_100, 64, AffinityPolicy::None, move |block| {
+    let device = NullDevice::start(44_100, 64, AffinityPolicy::System, move |block| {
         renderer.render(block);
         counted.fetch_add(1, Ordering::Relaxed);
     });
@@ -331,5 +331,5 @@ fn a_null_device_calls_back_until_it_is_stopped() {
     }
     let report = device.stop();
     assert!(report.blocks >= 10 && report.missed <= report.blocks);
-    assert!(NullDevice::start(0, 64, AffinityPolicy::None, |_| {}).is_err());
+    assert!(NullDevice::start(0, 64, AffinityPolicy::System, |_| {}).is_err());
 }

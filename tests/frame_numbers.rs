@@ -18,7 +18,7 @@ fn engine(max_sources: usize, slots: usize) -> (Controller, Renderer) {
     settings.propagation.guide_rays = 256;
     settings.propagation.source_rays = 64;
     settings.schedule = EngineSchedule::Synchronous;
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings.frame_time = FrameTime::Fixed(1.0 / 60.0);
     Engine::new(settings).expect("an engine")
 }

@@ -129,7 +129,7 @@ fn hold_on_request(update: u64) {
 #[test]
 fn a_jump_ends_the_update_under_way() -> Result<()> {
     let mut settings = EngineSettings::default();
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings.frame_time = FrameTime::Fixed(0.01);
     settings.before_update = Some(hold_on_request);
     let (mut controller, mut renderer) = Engine::new(settings)?;

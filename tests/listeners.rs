@@ -123,7 +123,7 @@ fn engine(listeners: usize, layout: Layout) -> (Controller, Renderer) {
     settings.propagation.guide_rays = 256;
     settings.propagation.source_rays = 32;
     settings.schedule = EngineSchedule::Synchronous;
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings.frame_time = FrameTime::Fixed(1.0 / 60.0);
     // Clips begin with their graphics frame: in the same block whatever the number of listeners.
     settings.even_blocks = false;

@@ -124,7 +124,7 @@ fn engine(schedule: EngineSchedule) -> EngineSettings {
     settings.schedule = schedule;
     settings.block_frames = 64;
     settings.max_paths = 128;
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings.frame_time = FrameTime::Fixed(0.01);
     settings
 }

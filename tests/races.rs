@@ -42,7 +42,7 @@ fn small() -> EngineSettings {
     settings.propagation.source_rays = 8;
     settings.block_frames = 64;
     settings.max_paths = 64;
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings.frame_time = FrameTime::Fixed(0.01);
     settings
 }
@@ -348,7 +348,7 @@ fn a_panic_in_a_device_callback_leaves_other_engines_working() {
     for _ in 0..20 {
         let (mut controller, mut renderer) = Engine::new(small()).expect("an engine");
         let mut calls = 0;
-        let device = NullDevice::start(16_000, 64, AffinityPolicy::None, move |block| {
+        let device = NullDevice::start(16_000, 64, AffinityPolicy::System, move |block| {
             renderer.render(block);
             calls += 1;
             assert!(calls < 3, "injected");

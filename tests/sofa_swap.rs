@@ -36,7 +36,7 @@ fn engine() -> (Controller, Renderer) {
     settings.propagation.guide_rays = 128;
     settings.propagation.source_rays = 32;
     settings.schedule = EngineSchedule::Synchronous;
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings.frame_time = FrameTime::Fixed(1.0 / 60.0);
     let (mut controller, renderer) = Engine::new(settings).expect("an engine");
     let room = procedural::shoebox(Vec3::new(9.0, 3.0, 6.0), "plaster");

@@ -25,7 +25,7 @@ fn settings(has_buses: bool, layout: Layout) -> EngineSettings {
     settings.propagation.guide_rays = 128;
     settings.propagation.source_rays = 32;
     settings.schedule = EngineSchedule::Synchronous;
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings.frame_time = FrameTime::Fixed(1.0 / 60.0);
     settings
 }

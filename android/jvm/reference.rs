@@ -90,7 +90,7 @@ fn walk(scene: Arc<Scene>, stage: &Stage) -> Result<Vec<u8>> {
     let mut settings = EngineSettings::default();
     settings.schedule = EngineSchedule::Synchronous;
     settings.frame_time = FrameTime::Fixed(1.0 / 60.0);
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings.generation.rate_hz = RATE_HZ;
     settings.propagation.guide_rays = 256;
     let (mut controller, mut renderer) = Engine::new(settings)?;

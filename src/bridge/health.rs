@@ -107,7 +107,7 @@ impl EngineHealth {
                 .iter()
                 .map(|(is, thread)| u32::from(*is) * thread.0)
                 .sum(),
-            unheard_sources: from.masked_sources,
+            unheard_sources: from.unheard_sources,
             rays: from.rays,
             sound_share: from.sound_share,
             propagation_s: from.propagation_s,

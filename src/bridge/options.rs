@@ -207,9 +207,9 @@ impl Options {
                 "affinity",
                 self.affinity.0,
                 &[
-                    AffinityPolicy::None,
-                    AffinityPolicy::PreferBig,
-                    AffinityPolicy::Exact {
+                    AffinityPolicy::System,
+                    AffinityPolicy::Fastest,
+                    AffinityPolicy::Chosen {
                         propagation: self.propagation_core as usize,
                         sound: self.audio_core as usize,
                     },
@@ -290,7 +290,7 @@ mod tests {
         let options = Options::default();
         let ours = options.settings(None).expect("can be");
         let theirs = EngineSettings {
-            affinity: AffinityPolicy::None,
+            affinity: AffinityPolicy::System,
             max_sources: Some(EngineSettings::default().source_limit()),
             ..EngineSettings::default()
         };

@@ -56,7 +56,7 @@ impl Default for SceneOptions {
             min_panel_m2: settings.min_panel_m2 as f32,
             max_finite_panel_m2: settings.max_finite_panel_m2 as f32,
             acoustic_tolerance_m: settings.acoustic_tolerance_m.map_or(-1.0, |m| m as f32),
-            max_triangles: settings.most_triangles as u32,
+            max_triangles: settings.max_triangles as u32,
         }
     }
 }
@@ -78,7 +78,7 @@ impl SceneOptions {
         if self.acoustic_tolerance_m != -1.0 {
             settings.acoustic_tolerance_m = Some(self.acoustic_tolerance_m.into());
         }
-        settings.most_triangles = self.max_triangles as usize;
+        settings.max_triangles = self.max_triangles as usize;
         settings
     }
 
@@ -92,7 +92,7 @@ impl SceneOptions {
             }
         };
         let mut options = MeshOptions::default().with_scale(self.scale).with_up(up);
-        options.most_triangles = self.max_triangles as usize;
+        options.max_triangles = self.max_triangles as usize;
         Ok(options)
     }
 }

@@ -302,7 +302,7 @@ fn instances_count_as_triangles() {
     let twice = Model::room(SIZE)
         .with(r#""nodes":[0]"#, r#""nodes":[0,1]"#)
         .with(r#"[{"mesh":0}]"#, r#"[{"mesh":0},{"mesh":0}]"#);
-    let options = MeshOptions::default().with_most_triangles(23);
+    let options = MeshOptions::default().with_max_triangles(23);
     let error = read_with("rooms.glb", &twice.glb(), &options).unwrap_err();
     assert!(
         error.to_string().contains("more than 23 triangles"),

@@ -28,7 +28,7 @@ pub(crate) fn engine_with(change: impl FnOnce(&mut EngineSettings)) -> (Controll
     settings.propagation.guide_rays = 16;
     settings.propagation.source_rays = 16;
     settings.schedule = EngineSchedule::Synchronous;
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings.frame_time = FrameTime::Fixed(1.0 / 60.0);
     settings.hrtf = Some(Arc::new(Hrtf::omnidirectional(RATE_HZ).expect("a set")));
     change(&mut settings);

@@ -46,7 +46,7 @@ fn chunks_come_and_go_without_a_click() {
     settings.propagation.guide_rays = 128;
     settings.propagation.source_rays = 16;
     settings.schedule = EngineSchedule::Synchronous;
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings.frame_time = FrameTime::Fixed(1.0 / 60.0);
     let (mut controller, mut renderer) = Engine::new(settings).expect("an engine");
     controller.set_scene(Arc::new(fixed)).expect("a scene");

@@ -25,7 +25,7 @@ fn engine(slots: usize, sources: usize) -> (Controller, Renderer) {
     settings.propagation.source_rays = 16;
     settings.max_sources = Some(sources);
     settings.frame_time = FrameTime::Fixed(FRAME_S);
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     let (mut controller, renderer) = Engine::new(settings).expect("an engine");
     let mesh = procedural::shoebox(Vec3::new(12.0, 4.0, 9.0), "concrete");
     let table = MaterialTable::built_in();

@@ -85,12 +85,12 @@ fn a_mesh_file_beyond_the_limit_is_refused_in_little_memory() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("large.obj");
     write_obj(&path, 100_000);
-    let options = MeshOptions::default().with_most_triangles(5000);
+    let options = MeshOptions::default().with_max_triangles(5000);
     let (result, bytes) = peak_bytes_of(|| load_mesh(&path, &options));
     refused(result, "more than 5000 triangles");
     assert!(bytes < 5000 * 200 + (1 << 20), "{bytes} bytes");
     // Below the limit it is read, within the bytes a triangle that the setting states.
-    let options = MeshOptions::default().with_most_triangles(100_000);
+    let options = MeshOptions::default().with_max_triangles(100_000);
     let (result, bytes) = peak_bytes_of(|| load_mesh(&path, &options));
     let mesh = result.expect("is read").mesh;
     assert_eq!(mesh.triangles.len(), 100_000);
@@ -105,7 +105,7 @@ fn a_mesh_file_beyond_the_limit_is_refused_in_little_memory() {
         }
         let path = folder.path().join("many.obj");
         std::fs::write(&path, text).expect("written");
-        let options = MeshOptions::default().with_most_triangles(50);
+        let options = MeshOptions::default().with_max_triangles(50);
         refused(load_mesh(&path, &options), words);
     }
 }
@@ -135,9 +135,9 @@ fn a_mesh_beyond_the_limit_is_refused_before_anything_is_built() {
     let mesh = procedural::by_name("doorway").expect("a scene").mesh;
     let table = MaterialTable::built_in();
     let mut settings = SceneSettings::default();
-    settings.most_triangles = mesh.triangles.len() - 1;
+    settings.max_triangles = mesh.triangles.len() - 1;
     let (result, bytes) = peak_bytes_of(|| Scene::commit(&mesh, &table, &settings));
-    refused(result, "most_triangles");
+    refused(result, "max_triangles");
     assert!(bytes < 4096, "{bytes} bytes");
 }
 
@@ -285,7 +285,7 @@ fn builders() -> usize {
 fn abandoned_scenes_are_freed_and_do_not_accumulate() {
     let _turn = TURN.lock();
     let mut settings = EngineSettings::default();
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     let (mut controller, renderer) = Engine::new(settings).expect("an engine");
     let mesh = procedural::by_name("bootcamp").expect("a scene").mesh;
     let table = MaterialTable::built_in();
@@ -368,7 +368,7 @@ fn an_engines_memory_is_stated_before_it_is_made() {
     let _turn = TURN.lock();
     let with = |change: &dyn Fn(&mut EngineSettings)| {
         let mut settings = EngineSettings::default();
-        settings.affinity = AffinityPolicy::None;
+        settings.affinity = AffinityPolicy::System;
         change(&mut settings);
         settings
     };
@@ -416,7 +416,7 @@ fn an_engines_memory_is_stated_before_it_is_made() {
 fn an_engine_of_gigabytes_is_refused_in_words() {
     let _turn = TURN.lock();
     let mut settings = EngineSettings::default();
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings.generation.rate_hz = 48_000;
     settings.generation.max_sources = 256;
     settings.generation.max_delay_s = 10.0;

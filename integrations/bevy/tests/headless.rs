@@ -29,7 +29,7 @@ fn app(assets: &str) -> App {
     let mut settings = EngineSettings::default();
     settings.schedule = EngineSchedule::Synchronous;
     settings.frame_time = FrameTime::Fixed(1.0 / 60.0);
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings.tracing_threads = 1;
     settings.max_snapshot_paths = 1024;
     let mut app = App::new();

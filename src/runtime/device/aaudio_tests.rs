@@ -383,7 +383,7 @@ fn wait_for(output: &DeviceOutput, condition: impl Fn(&DeviceReport) -> bool) ->
 #[test]
 fn sound_continues_when_an_aaudio_stream_fails() {
     let settings = EngineSettings {
-        affinity: AffinityPolicy::None,
+        affinity: AffinityPolicy::System,
         ..EngineSettings::default()
     };
     let (mut controller, renderer) = Engine::new(settings).expect("can be");

@@ -35,7 +35,7 @@ pub struct NullDeviceReport {
 ///
 /// # fn main() -> foresound::Result<()> {
 /// let (_controller, mut renderer) = Engine::new(EngineSettings::default())?;
-/// let device = NullDevice::start(44_100, 256, AffinityPolicy::None, move |block| {
+/// let device = NullDevice::start(44_100, 256, AffinityPolicy::System, move |block| {
 ///     renderer.render(block);
 /// })?;
 /// println!("{} late blocks", device.stop().missed);
@@ -112,7 +112,7 @@ impl Device for NullOutput {
     ) -> Result<Box<dyn OpenDevice>> {
         let fill = move |output: &mut [f32]| callback.fill(output);
         let frames = BURST_FRAMES as usize;
-        let device = NullDevice::start(rate_hz, frames, AffinityPolicy::None, fill)?;
+        let device = NullDevice::start(rate_hz, frames, AffinityPolicy::System, fill)?;
         let grant = DeviceGrant {
             rate_hz,
             burst_frames: BURST_FRAMES,

@@ -142,7 +142,7 @@ fn a_null_device_plays_while_no_device_is_open() {
     let shape = NullDeviceSettings {
         rate_hz: 44_100,
         block_frames: 64,
-        affinity: AffinityPolicy::None,
+        affinity: AffinityPolicy::System,
     };
     let (mut supervisor, script, blocks) = supervised(Some(shape));
     script.borrow_mut().is_there = false;

@@ -32,7 +32,7 @@ pub(super) struct Metrics {
     pub(super) quality_level: AtomicU32,
     /// Load of the sound thread in thousandths of a core.
     pub(super) sound_millicores: AtomicU32,
-    pub(super) masked_sources: AtomicU32,
+    pub(super) unheard_sources: AtomicU32,
     pub(super) rays: AtomicU64,
     pub(super) propagation_ns: AtomicU64,
     pub(super) frame_ns: AtomicU64,
@@ -113,8 +113,10 @@ pub struct Statistics {
     pub quality_level: QualityLevel,
     /// Recent load of the sound thread as a fraction of a core.
     pub sound_share: f64,
-    /// Masked sources of the newest tick; 0 while every source has a slot.
-    pub masked_sources: u32,
+    /// Sources without a slot in the newest tick, as nothing of them would be heard: they play nothing, are below −100 dB re full
+    /// scale, or are masked, with less than a millionth (−60 dB) of the energy of all sources at the listener. 0 while there are as
+    /// many slots as sources.
+    pub unheard_sources: u32,
     /// Rays of the newest update.
     pub rays: u64,
     /// Core and priority of the propagation thread.
@@ -160,7 +162,7 @@ impl Metrics {
             extrapolation_level: self.extrapolation_level.load(Ordering::Relaxed),
             quality_level: QualityLevel(self.quality_level.load(Ordering::Relaxed) as u8),
             sound_share: self.sound_share(),
-            masked_sources: self.masked_sources.load(Ordering::Relaxed),
+            unheard_sources: self.unheard_sources.load(Ordering::Relaxed),
             rays: count(&self.rays),
             propagation_placement: self.propagation_placement.load(),
             sound_placement: self.sound_placement.load(),

@@ -4,17 +4,19 @@
 //! Linux and Android; no effect elsewhere. Core capacities come from `/sys/devices/system/cpu/cpuN/cpu_capacity` or the
 //! highest clock frequency.
 
-/// Cores of the engine's threads.
+/// Cores of the engine's threads: the propagation thread, and the sound thread of a device of this library or one that calls
+/// [`Renderer::place_thread`](crate::Renderer::place_thread). The default pins them to the fastest cores; in C, Kotlin and Unity the
+/// system chooses unless the options say otherwise, as Android advises for apps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum AffinityPolicy {
-    /// Chosen by the system.
-    None,
+    /// The system chooses: no thread is pinned.
+    System,
     /// The fastest core for propagation, the next for sound; of equal cores the highest numbers, which systems load
     /// last.
     #[default]
-    PreferBig,
+    Fastest,
     /// These cores.
-    Exact {
+    Chosen {
         /// Core of the propagation thread.
         propagation: usize,
         /// Core of the sound thread.
@@ -53,10 +55,10 @@ impl AffinityPolicy {
             ThreadRole::Sound => 1,
         };
         match self {
-            Self::None => None,
-            Self::Exact { propagation, .. } if rank == 0 => Some(propagation),
-            Self::Exact { sound, .. } => Some(sound),
-            Self::PreferBig => {
+            Self::System => None,
+            Self::Chosen { propagation, .. } if rank == 0 => Some(propagation),
+            Self::Chosen { sound, .. } => Some(sound),
+            Self::Fastest => {
                 let cores = cores_by_capacity();
                 cores.get(rank.min(cores.len().checked_sub(1)?)).copied()
             }
@@ -185,7 +187,7 @@ mod tests {
         let Some(&core) = cores_by_capacity().first() else {
             return;
         };
-        let policy = AffinityPolicy::Exact {
+        let policy = AffinityPolicy::Chosen {
             propagation: core,
             sound: core,
         };
@@ -197,7 +199,7 @@ mod tests {
 
     #[test]
     fn a_missing_core_is_reported_and_not_fatal() {
-        let policy = AffinityPolicy::Exact {
+        let policy = AffinityPolicy::Chosen {
             propagation: 63,
             sound: 4000,
         };

@@ -51,7 +51,7 @@ pub struct SceneSettings {
     /// smooth up to there.
     pub acoustic_tolerance_m: Option<f64>,
     /// Most triangles of a mesh; a mesh with more is an error.
-    pub most_triangles: usize,
+    pub max_triangles: usize,
 }
 
 impl Default for SceneSettings {
@@ -61,7 +61,7 @@ impl Default for SceneSettings {
             min_panel_m2: 0.5,
             max_finite_panel_m2: 40.0,
             acoustic_tolerance_m: None,
-            most_triangles: MOST_TRIANGLES,
+            max_triangles: MOST_TRIANGLES,
         }
     }
 }
@@ -168,14 +168,14 @@ impl Scene {
                 "give square metres, 0 or more",
             ));
         }
-        if mesh.triangles.len() > settings.most_triangles {
+        if mesh.triangles.len() > settings.max_triangles {
             let problem = format!(
                 "{} triangles, more than {}",
                 mesh.triangles.len(),
-                settings.most_triangles
+                settings.max_triangles
             );
             let advice =
-                "simplify the model, sound needs walls and not ornaments; or raise most_triangles";
+                "simplify the model, sound needs walls and not ornaments; or raise max_triangles";
             return Err(Error::mesh(problem, advice));
         }
         let acoustic_tolerance_m = settings

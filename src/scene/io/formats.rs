@@ -125,7 +125,7 @@ impl Format {
 /// # Errors
 /// [`Error::Setting`] for a scale that is not above zero; [`Error::File`] where the file, or one that it refers to, cannot be
 /// read; [`Error::Format`] for another format, broken content, a face that refers to no vertex, a vertex in use that is not
-/// finite or farther out than `LARGEST_COORDINATE_M`, more of anything than [`MeshOptions::most_triangles`] allows, an
+/// finite or farther out than `LARGEST_COORDINATE_M`, more of anything than [`MeshOptions::max_triangles`] allows, an
 /// extension that glTF requires and this reader lacks, and a file without faces.
 ///
 /// # Examples

@@ -36,7 +36,7 @@ pub struct MeshOptions {
     pub up: UpAxis,
     /// Most triangles that are read, polygons cut up and instances counted; three times as many vertices. A file with more
     /// is an error, so reading takes no more than some 200 bytes a triangle.
-    pub most_triangles: usize,
+    pub max_triangles: usize,
 }
 
 impl Default for MeshOptions {
@@ -45,7 +45,7 @@ impl Default for MeshOptions {
         Self {
             scale: 1.0,
             up: UpAxis::Y,
-            most_triangles: MOST_TRIANGLES,
+            max_triangles: MOST_TRIANGLES,
         }
     }
 }
@@ -61,10 +61,10 @@ impl MeshOptions {
         Self { up, ..self }
     }
 
-    /// Sets [`Self::most_triangles`].
-    pub fn with_most_triangles(self, most_triangles: usize) -> Self {
+    /// Sets [`Self::max_triangles`].
+    pub fn with_max_triangles(self, max_triangles: usize) -> Self {
         Self {
-            most_triangles,
+            max_triangles,
             ..self
         }
     }

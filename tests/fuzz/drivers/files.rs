@@ -55,7 +55,7 @@ fn mesh(options: u8, data: &[u8]) {
     let options = MeshOptions::default()
         .with_scale([1.0, 0.01, 1e-30, 1e30][usize::from(options) % 4])
         .with_up([UpAxis::Y, UpAxis::Z][usize::from(options / 4) % 2])
-        .with_most_triangles(1000);
+        .with_max_triangles(1000);
     match load_mesh(&written("m.mesh", data), &options) {
         Ok(file) => {
             let mesh = file.mesh;

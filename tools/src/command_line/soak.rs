@@ -336,7 +336,7 @@ fn print_findings(
         "eps_us": microseconds(&statistics.extrapolation),
         "sgs_us": microseconds(&statistics.generation),
         "tier": statistics.quality_level.0,
-        "unheard_sources": statistics.masked_sources,
+        "unheard_sources": statistics.unheard_sources,
         "starved_samples": statistics.underrun_samples,
         "graphics_frame_ms": milliseconds(statistics.graphics_frame_s),
         "dropped_paths": statistics.dropped_paths,

@@ -25,7 +25,7 @@ pub(crate) fn small() -> EngineSettings {
     settings.generation.max_sources = 1;
     settings.generation.max_delay_s = 0.05;
     settings.hrtf = Some(hrtf());
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings
 }
 
@@ -80,7 +80,7 @@ fn settings(errors: &mut Errors) {
     errors.of("no HRTF set", Hrtf::parse(b"no head", "an HRTF set"));
     errors.of("a rate of 1 Hz", Hrtf::omnidirectional(1));
     errors.of("no threads", Threads::start(0));
-    let device = NullDevice::start(0, 0, AffinityPolicy::None, |_| ());
+    let device = NullDevice::start(0, 0, AffinityPolicy::System, |_| ());
     errors.of("a device without frames", device);
 }
 

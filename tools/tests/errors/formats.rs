@@ -40,7 +40,7 @@ fn meshes(errors: &mut Errors) {
         SQUARE,
     ] {
         std::fs::write(&path, text).expect("written");
-        let options = MeshOptions::default().with_most_triangles(30);
+        let options = MeshOptions::default().with_max_triangles(30);
         errors.of(&text[..text.len().min(200)], load_mesh(&path, &options));
     }
     other_meshes(errors);
@@ -127,7 +127,7 @@ fn other_meshes(errors: &mut Errors) {
         gltf(&many_indices),
     ] {
         std::fs::write(&path, &text).expect("written");
-        let options = MeshOptions::default().with_most_triangles(30);
+        let options = MeshOptions::default().with_max_triangles(30);
         errors.of(&text, load_mesh(&path, &options));
     }
 }

@@ -41,7 +41,7 @@ pub(crate) fn make(errors: &mut Errors) {
     flat.vertices.fill(Vec3::ONE);
     errors.of("no area", commit(&flat, &usual));
     let mut few = usual;
-    few.most_triangles = 3;
+    few.max_triangles = 3;
     errors.of("more than three triangles", commit(&room(), &few));
     let mut cold = usual;
     cold.medium.temperature_c = -300.0;

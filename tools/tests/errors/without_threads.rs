@@ -53,7 +53,7 @@ fn is_run_without_threads() {
     let (mut controller, renderer) = Engine::new(settings).expect("an engine without threads");
     let built = controller.build_scene(room(), MaterialTable::built_in(), SceneSettings::default());
     errors.of("a scene", built);
-    let device = NullDevice::start(16_000, 64, AffinityPolicy::None, |_| ());
+    let device = NullDevice::start(16_000, 64, AffinityPolicy::System, |_| ());
     errors.of("a device", device.map(drop));
     // The schedule stays, and propagation goes on by it.
     for what in ["propagation", "propagation again"] {

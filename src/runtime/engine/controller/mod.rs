@@ -287,7 +287,7 @@ impl Controller {
                 &mut self.slot_poses,
                 &mut self.routes,
             );
-            let unheard = &self.channels.metrics.masked_sources;
+            let unheard = &self.channels.metrics.unheard_sources;
             unheard.store(virtualizer.masked, Ordering::Relaxed);
             return;
         }

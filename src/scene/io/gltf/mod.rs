@@ -150,7 +150,7 @@ fn read_document(
     if let Some(extension) = document.extensions_required.iter().find(is_unknown) {
         return Err(unsupported(position, extension));
     }
-    let most_items = options.most_triangles.saturating_mul(3);
+    let most_items = options.max_triangles.saturating_mul(3);
     let buffers = Buffers::new(position, &document, binary);
     let mut reader = Reader {
         position,
@@ -222,7 +222,7 @@ impl Reader<'_> {
         let Some(part) = &self.meshes[index] else {
             return Ok(());
         };
-        let most = self.options.most_triangles;
+        let most = self.options.max_triangles;
         for instance in instances {
             let start = self.mesh.triangles.len();
             self.position
@@ -255,7 +255,7 @@ impl Reader<'_> {
                 (None, None) => UNNAMED_MATERIAL.to_owned(),
             };
             let material = mesh.material(&name);
-            let most = self.options.most_triangles;
+            let most = self.options.max_triangles;
             let is_used = primitives::add(
                 &mut mesh,
                 self.position,

@@ -46,7 +46,7 @@ pub(super) fn add(
     primitive: &Primitive,
     material: u32,
     accessors: &mut Accessors,
-    most_triangles: usize,
+    max_triangles: usize,
 ) -> Result<bool> {
     let mode = primitive.mode.unwrap_or(TRIANGLES);
     let Some(&accessor) = primitive.attributes.get("POSITION") else {
@@ -68,7 +68,7 @@ pub(super) fn add(
     };
     let triangles = triangles(mode, &corners).unwrap_or_default();
     let count = mesh.triangles.len() + triangles.len();
-    position.check_count(count as u64, most_triangles, "triangles")?;
+    position.check_count(count as u64, max_triangles, "triangles")?;
     let mut index_of = HashMap::new();
     for triangle in triangles {
         let mut placed = [0; 3];

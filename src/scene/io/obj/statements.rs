@@ -192,7 +192,7 @@ impl<'a, R: BufRead> Statements<'a, R> {
     fn pass_vertex(&mut self, words: &[&str]) -> Result<()> {
         let index = self.vertex_count as u32;
         self.vertex_count += 1;
-        let most = self.options.most_triangles.saturating_mul(3);
+        let most = self.options.max_triangles.saturating_mul(3);
         self.check_count(self.vertex_count, most, "vertices")?;
         let words = &words[..words.len().min(if words.len() == 4 { 4 } else { 3 })];
         let text = words.join(" ");
@@ -257,11 +257,7 @@ impl<'a, R: BufRead> Statements<'a, R> {
             ));
         }
         self.triangle_count += corner_count - 2;
-        self.check_count(
-            self.triangle_count,
-            self.options.most_triangles,
-            "triangles",
-        )
+        self.check_count(self.triangle_count, self.options.max_triangles, "triangles")
     }
 
     /// The vertex index of a face corner `v`, `v/vt`, `v//vn` or `v/vt/vn`, from zero.
@@ -310,7 +306,7 @@ impl<'a, R: BufRead> Statements<'a, R> {
         name.clone_into(&mut self.material);
         if self.material_names.insert(name.to_owned()) {
             let count = self.material_names.len();
-            self.check_count(count, self.options.most_triangles, "materials")?;
+            self.check_count(count, self.options.max_triangles, "materials")?;
         }
         Ok(())
     }

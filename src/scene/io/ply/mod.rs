@@ -49,7 +49,7 @@ pub(super) fn read(
     for element in &header.elements {
         match &*element.name {
             "vertex" if vertices.is_empty() => {
-                let most = options.most_triangles.saturating_mul(3);
+                let most = options.max_triangles.saturating_mul(3);
                 position.check_count(element.count, most, "vertices")?;
                 vertices = read_vertices(&mut values, element, options)?;
             }
@@ -150,7 +150,7 @@ fn read_faces<R: BufRead>(
                     return Err(index_error(position, value));
                 }
                 let count = (faces.corners.len() - start) as u64;
-                let most = options.most_triangles;
+                let most = options.max_triangles;
                 position.check_count(
                     (faces.triangle_count + count).saturating_sub(1),
                     most,

@@ -39,7 +39,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut settings = EngineSettings::default();
     settings.generation.max_sources = arguments.sources;
     settings.schedule = EngineSchedule::Synchronous;
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     let (mut controller, mut renderer) = Engine::new(settings)?;
     let made_mb = resident_mb();
     controller.set_scene(Arc::clone(&scene))?;

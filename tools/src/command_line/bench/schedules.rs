@@ -103,7 +103,7 @@ impl Cell<'_> {
         settings.predictor = self.predictor;
         settings.budget = self.budget;
         // A pinned thread can be delayed by another program for a whole round.
-        settings.affinity = AffinityPolicy::None;
+        settings.affinity = AffinityPolicy::System;
         settings.trace_spans = if self.trace { SPANS } else { 0 };
         let rate_hz = settings.generation.rate_hz;
         let (mut controller, renderer) = Engine::new(settings)?;

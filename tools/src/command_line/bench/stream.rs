@@ -174,7 +174,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let fixed = Scene::commit(&fixed, &world.table, &settings)?;
     let of_fixed = fixed.report().triangles;
     let mut settings = EngineSettings::default();
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     let (mut controller, _renderer) = Engine::new(settings)?;
     controller.set_scene(Arc::new(fixed))?;
     let mut growing = Times::default();

@@ -148,7 +148,7 @@ fn engine_settings(unit: &Unit, props: &Props, how: How) -> EngineSettings {
     };
     // Units are rendered side by side.
     settings.tracing_threads = 1;
-    settings.affinity = AffinityPolicy::None;
+    settings.affinity = AffinityPolicy::System;
     settings.budget.quality = QualityChoice::Exactly(QualityLevel(0));
     settings
 }

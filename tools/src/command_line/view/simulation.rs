@@ -143,11 +143,15 @@ impl Simulation {
         let doors = add_doors(&mut controller, &wanted.doors)?;
         let heard = Heard::new(rate_hz);
         let mut writer = heard.writer();
-        let device =
-            NullDevice::start(rate_hz, block_frames, AffinityPolicy::None, move |block| {
+        let device = NullDevice::start(
+            rate_hz,
+            block_frames,
+            AffinityPolicy::System,
+            move |block| {
                 renderer.render(block);
                 writer.write(block);
-            })?;
+            },
+        )?;
         let shared = Arc::new(Shared {
             inputs: Vec::with_capacity(MAX_INPUTS).into(),
             state: String::from("{}").into(),
