@@ -19,6 +19,10 @@ use crate::simd::kernel;
 /// Share of its energy below which a ray ends: −50 dB.
 const MIN_SHARE: f32 = 1e-5;
 
+/// Least weight of a bounce in the selection relative to the energy that its surface transmits, which the room behind hears of the same
+/// selection: an open window reflects nothing, and a mirror nothing that discrete paths do not carry.
+const OF_TRANSMITTED: f32 = 1.0 / 16.0;
+
 // Far rays are one packet.
 const _: () = assert!(FAR_RAYS <= PACKET_SIZE);
 
@@ -89,6 +93,13 @@ kernel! {
             }
         }
     }
+}
+
+/// The part of incident energy that a surface transmits.
+#[inline(never)]
+fn transmitted(scene: &Scene, surface: u32, incident: &BandArray) -> BandArray {
+    let factor = scene.transmission_factor(surface);
+    std::array::from_fn(|b| incident[b] * factor[b] * factor[b])
 }
 
 /// Chooses [`FAR_RAYS`] rays in proportion to the energy that they still have (systematic sampling, \[COCHRAN77\] 9A.2), with
@@ -254,8 +265,14 @@ impl RayState {
             }
             let gain = bounce.gain * self.represented[lane];
             amplify_by(&mut energy, &[gain; BANDS]);
-            let leaving = weight(&energy.leaving, spread_factors[lane]);
-            bounce.weights[lane * bounce.stride] = leaving;
+            let [leaving, incident] =
+                [&energy.leaving, &energy.incident].map(|e| weight(e, spread_factors[lane]));
+            let mut selected = leaving;
+            if leaving < OF_TRANSMITTED * incident {
+                let through = transmitted(scene, packet.met.surface[lane], &energy.incident);
+                selected = leaving.max(OF_TRANSMITTED * weight(&through, spread_factors[lane]));
+            }
+            bounce.weights[lane * bounce.stride] = selected;
             packet.energy[lane] = energy;
             let mut is_alive = false;
             for b in 0..BANDS {
