@@ -315,7 +315,7 @@ impl SourceTask {
     /// Drops what the source has left at the patches of an earlier field: as after a jump, all rotations are due. One that moves
     /// goes on moving: its rays start where later ones do.
     pub(super) fn forget_late(&mut self) {
-        self.late = LateEstimator::default();
+        self.drop_estimate();
         self.missing_rotations = ROTATIONS as usize;
     }
 

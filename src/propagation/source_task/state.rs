@@ -104,18 +104,44 @@ impl SourceTask {
         std::mem::swap(&mut self.predicted_late, &mut part.predicted_late);
     }
 
+    /// Drops the late field's estimate, and with it what other listeners see of it: a new one counts its selections of bounces from the
+    /// beginning, and would take what they saw of the old one's for its own.
+    pub(super) fn drop_estimate(&mut self) {
+        self.late = LateEstimator::default();
+        for part in &mut self.parts {
+            part.late = ListenerView::default();
+        }
+    }
+
     /// Drops all rays, which were cast elsewhere, unless another listener's turn of this round did.
     pub(super) fn drop_rays(&mut self, round: u64) {
         if self.jumped_in == Some(round) && !self.parts.is_empty() {
             return;
         }
         self.jumped_in = Some(round);
-        self.late = LateEstimator::default();
-        for part in &mut self.parts {
-            part.late = ListenerView::default();
-        }
+        self.drop_estimate();
         self.missing_rotations = ROTATIONS as usize;
         self.last_position = None;
         self.cast_in = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_new_estimate_knows_nothing_of_what_listeners_saw_of_the_last_one() {
+        let settings = PropagationSettings::default();
+        let forgotten = format!("{:?}", ListenerView::default());
+        let drops: [fn(&mut SourceTask); 2] = [SourceTask::forget_late, |task| task.drop_rays(7)];
+        for drop in drops {
+            let mut task = SourceTask::new(SourceId::default(), &settings);
+            task.select_listener(1, &settings);
+            let seen = |task: &SourceTask| format!("{:?}", task.parts[0].late);
+            assert_ne!(seen(&task), forgotten);
+            drop(&mut task);
+            assert_eq!(seen(&task), forgotten);
+        }
     }
 }
