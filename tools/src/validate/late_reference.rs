@@ -210,7 +210,7 @@ mod tests {
         changed[3].listener.z += 0.01;
         changed[4].legs += 1;
         for room in changed {
-            let error = find(&room, &scene).err().expect("refused").to_string();
+            let error = find(&room, &scene).expect_err("refused").to_string();
             assert!(error.contains("--example late_particles"), "{error}");
         }
     }
