@@ -1,4 +1,4 @@
-//! What the particles of [`super::late_particles`] give in the rooms of the late field's laws: a table, `late_particles.csv`.
+//! What the particles of `late_particles.rs` give in the rooms of the late field's laws: a table, `late_particles.csv`.
 //!
 //! `examples/late_particles.rs` makes it. A line has a key of all that the particles know of a room: a changed room without a new
 //! line is an error. The tests let the particles fly again, the first ones in every room and all of them in one.
