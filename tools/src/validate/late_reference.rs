@@ -195,7 +195,7 @@ mod tests {
             .expect("a room");
         let line = lines().find(|line| line.name == room.name).expect("a line");
         let again = energies(&room, scene.speed_of_sound_m_s());
-        assert!(line.energies == again, "{}", stale(&room));
+        assert!(line.energies == again, "{} with the word all", stale(&room));
     }
 
     #[test]
