@@ -312,3 +312,38 @@ fn what_a_cloth_passes_on_is_late_energy_behind_it() {
         }
     }
 }
+
+/// The laws and tests of many pairs in one scene share a field, and find what each would find alone.
+#[test]
+fn a_shared_field_changes_no_bit() {
+    let mesh = procedural::doorway().mesh;
+    let table = MaterialTable::built_in();
+    let scene = Scene::commit(&mesh, &table, &SceneSettings::default()).expect("commits");
+    let scene = Arc::new(scene);
+    let new = || {
+        let settings = PropagationSettings::default();
+        Propagator::new(Arc::clone(&scene), settings).expect("in range")
+    };
+    let update = |propagator: &mut Propagator, source: Vec3, ear: Vec3| {
+        let mut set = PathSet::default();
+        for _ in 0..2 {
+            let source = SourcePose::at(SourceId::new(0, 1), source);
+            propagator.update(&ListenerPose::facing(ear, 0.0), &[source], 0.0, &mut set);
+        }
+        // The rays of making the field count.
+        PathSet { rays: 0, ..set }
+    };
+    let [a, b, c, d] = [
+        Vec3::new(2.0, 1.5, 2.0),
+        Vec3::new(5.0, 1.6, 4.5),
+        Vec3::new(11.0, 1.2, 2.6),
+        Vec3::new(6.0, 1.5, 1.0),
+    ];
+    let mut first = new();
+    update(&mut first, a, b);
+    let mut second = new();
+    second.share_field(&first);
+    let (shared, own) = (update(&mut second, c, d), update(&mut new(), c, d));
+    assert!(own.late[0].total().iter().all(|energy| *energy > 0.0));
+    assert_eq!(shared, own);
+}

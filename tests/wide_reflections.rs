@@ -50,15 +50,27 @@ fn spread(wide: &SourcePose) -> Vec<SourcePose> {
     points.collect()
 }
 
-/// The last of so many updates for a source and a listener at rest.
-fn update(scene: &Arc<Scene>, source: &SourcePose, ear: &ListenerPose, updates: usize) -> PathSet {
+fn propagator(scene: &Arc<Scene>) -> Propagator {
     let settings = PropagationSettings {
         guide_rays: 256,
         depth: 2,
         diffraction_order: 0,
         ..PropagationSettings::default()
     };
-    let mut propagator = Propagator::new(Arc::clone(scene), settings).expect("settings");
+    Propagator::new(Arc::clone(scene), settings).expect("settings")
+}
+
+/// A propagator that has the scene's late field: others share it.
+fn with_field(scene: &Arc<Scene>, source: &SourcePose, ear: &ListenerPose) -> Propagator {
+    let mut propagator = propagator(scene);
+    propagator.update(ear, &[*source], 0.0, &mut PathSet::default());
+    propagator
+}
+
+/// The last of so many updates for a source and a listener at rest.
+fn update(first: &Propagator, source: &SourcePose, ear: &ListenerPose, updates: usize) -> PathSet {
+    let mut propagator = propagator(first.scene());
+    propagator.share_field(first);
     let mut set = PathSet::default();
     for number in 0..updates {
         propagator.update(ear, &[*source], 0.02 * number as f64, &mut set);
@@ -67,13 +79,13 @@ fn update(scene: &Arc<Scene>, source: &SourcePose, ear: &ListenerPose, updates: 
 }
 
 fn frame(
-    scene: &Arc<Scene>,
+    first: &Propagator,
     source: &SourcePose,
     ear: &ListenerPose,
     predictor: PredictorKind,
 ) -> FramePaths {
-    let mut extrapolator = Extrapolator::new(Arc::clone(scene), predictor, 0.3);
-    extrapolator.store_update(update(scene, source, ear, 1), 4);
+    let mut extrapolator = Extrapolator::new(Arc::clone(first.scene()), predictor, 0.3);
+    extrapolator.store_update(update(first, source, ear, 1), 4);
     let mut frame = FramePaths::default();
     extrapolator.frame(ear, &[*source], &mut frame);
     frame
@@ -115,17 +127,18 @@ fn reflections_have_the_level_and_the_image_of_many_points() {
     let at = middle + Vec3::new(1.0, -0.5, -1.5);
     let wide = source(at, Quat::from_rotation_y(0.2), extent);
     let ear = ListenerPose::facing(middle + Vec3::new(0.0, -1.0, 2.5), 0.0);
+    let first = with_field(&scene, &wide, &ear);
     let mut all: BTreeMap<PathId, Vec<(Vec3, f32)>> = BTreeMap::new();
     for point in spread(&wide) {
-        for path in reflections(&frame(&scene, &point, &ear, PredictorKind::Hold)) {
+        for path in reflections(&frame(&first, &point, &ear, PredictorKind::Hold)) {
             let energy = path.amplitude[BAND].powi(2);
             all.entry(path.id).or_default().push((path.arrival, energy));
         }
     }
     let of_centre = source(at, wide.orientation, SourceExtent::POINT);
     for predictor in PredictorKind::ALL {
-        let wide = frame(&scene, &wide, &ear, predictor);
-        let centre = frame(&scene, &of_centre, &ear, predictor);
+        let wide = frame(&first, &wide, &ear, predictor);
+        let centre = frame(&first, &of_centre, &ear, predictor);
         let (mut compared, mut images, mut without) = (0, 0, 0f32);
         for path in reflections(&wide) {
             let points = all.get(&path.id).filter(|points| points.len() == MANY);
@@ -176,7 +189,8 @@ fn late_sound_has_the_level_of_many_points() {
     };
     let wide = source(middle, Quat::IDENTITY, extent);
     let ear = ListenerPose::facing(middle + Vec3::new(26.0, -1.3, 2.7), 0.0);
-    let late = |source: &SourcePose| update(&scene, source, &ear, 20).late[0].total();
+    let first = with_field(&scene, &wide, &ear);
+    let late = |source: &SourcePose| update(&first, source, &ear, 20).late[0].total();
     let mut mean = [0.0; BANDS];
     for point in spread(&wide) {
         for (sum, energy) in mean.iter_mut().zip(late(&point)) {

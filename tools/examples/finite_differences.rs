@@ -81,7 +81,7 @@ fn check(cell_m: f64) {
             let exact = |tone: usize| {
                 let octaves = (tone as f64 + 0.5) / TONES as f64 - 0.5;
                 let wavenumber = 2.0 * PI * hz * octaves.exp2() / SPEED_M_S;
-                (wedge::size(wedge.total(wavenumber)) * wedge.direct_m()).powi(2)
+                (wedge::size(wedge.total([wavenumber])[0]) * wedge.direct_m()).powi(2)
             };
             let exact = (0..TONES).map(exact).sum::<f64>() / TONES as f64;
             [energy, energy / exact].map(|ratio| format!("{:.2}", 10.0 * ratio.log10()))

@@ -104,12 +104,12 @@ fn curves(mut scene: EdgeScene) -> Vec<[Curve; 2]> {
             break;
         }
         let direct_m = scene.wedge(outgoing).direct_m();
-        let level = scene.level(outgoing, false);
+        let (level, exact) = (scene.level(outgoing, false), scene.exact(outgoing));
         let db = |amplitude: f64| {
             (20.0 * (amplitude * direct_m).max(1e-9).log10()).clamp(LEVELS_DB.0, LEVELS_DB.1)
         };
         for (curves, (band, _)) in curves.iter_mut().zip(DRAWN) {
-            curves[0].push((deg, db(scene.exact(outgoing, band))));
+            curves[0].push((deg, db(exact[band])));
             curves[1].push((deg, db(level[band])));
         }
     }

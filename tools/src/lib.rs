@@ -9,6 +9,7 @@ pub mod cut;
 pub mod decay_figure;
 pub mod edge_figure;
 pub mod floor_plan;
+pub mod fnv;
 pub mod listener_path;
 pub mod mel;
 pub mod mel_map;

@@ -95,7 +95,7 @@ impl Corner {
         let ear = ListenerPose::facing(Self::position(outgoing, to), 0.0);
         self.propagator.update(&ear, &[pose], 0.0, &mut self.set);
         std::array::from_fn(|band| {
-            self.octave_db(band, |wavenumber| {
+            level_db(self.tones(band).map(|wavenumber| {
                 let mut sum = Complex::ZERO;
                 for path in &self.set.paths {
                     let length_m = f64::from(path.length_m);
@@ -104,7 +104,7 @@ impl Corner {
                     sum += Complex::cis(-wavenumber * length_m) * amplitude;
                 }
                 sum.abs()
-            })
+            }))
         })
     }
 
@@ -120,22 +120,31 @@ impl Corner {
             angles: [self.incoming, outgoing],
             along_m,
         };
-        let (source, image) = (wedge(to - from), wedge(to + from));
-        self.octave_db(band, |wavenumber| {
-            let (a, b) = (source.total(wavenumber), image.total(wavenumber));
+        let [source, image] =
+            [to - from, to + from].map(|along_m| wedge(along_m).total(self.tones(band)));
+        level_db(std::array::from_fn(|tone| {
+            let (a, b) = (source[tone], image[tone]);
             oracle::size((a.0 + b.0, a.1 + b.1))
-        })
+        }))
     }
 
-    /// Mean energy of an octave's tones, in dB.
-    fn octave_db(&self, band: usize, amplitude: impl Fn(f64) -> f64) -> f64 {
+    /// Wavenumbers of an octave's tones.
+    fn tones(&self, band: usize) -> [f64; TONES] {
         let centre = 2.0 * PI * CENTRES_HZ[band] / self.scene.speed_of_sound_m_s();
-        let energy = |tone: usize| {
+        std::array::from_fn(|tone| {
             let octaves = (tone as f64 + 0.5) / TONES as f64 - 0.5;
-            amplitude(centre * octaves.exp2()).powi(2)
-        };
-        10.0 * ((0..TONES).map(energy).sum::<f64>() / TONES as f64).log10()
+            centre * octaves.exp2()
+        })
     }
+}
+
+/// Mean energy of an octave's tones, in dB.
+fn level_db(amplitudes: [f64; TONES]) -> f64 {
+    let energy = amplitudes
+        .iter()
+        .map(|amplitude| amplitude.powi(2))
+        .sum::<f64>();
+    10.0 * (energy / TONES as f64).log10()
 }
 
 /// The horizontal direction at an angle from the first wall.

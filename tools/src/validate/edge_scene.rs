@@ -117,9 +117,11 @@ impl EdgeScene {
         sum.abs()
     }
 
-    /// The exact level: direct, reflected and diffracted waves.
-    pub(crate) fn exact(&self, outgoing: f64, band: usize) -> f64 {
-        oracle::size(self.wedge(outgoing).total(self.wavenumber(band)))
+    /// The exact level in each band: direct, reflected and diffracted waves.
+    pub(crate) fn exact(&self, outgoing: f64) -> [f64; BANDS] {
+        let wavenumbers = std::array::from_fn(|band| self.wavenumber(band));
+        let wedge = self.wedge(outgoing);
+        wedge.total::<BANDS>(wavenumbers).map(oracle::size)
     }
 }
 
@@ -134,18 +136,15 @@ pub(super) fn rows() -> Result<Vec<Row>> {
         let mut before: Option<[f64; BANDS]> = None;
         for step in -50..=50 {
             let outgoing = boundary + (0.01 * f64::from(step) + 0.003) * degree;
-            let level = scene.level(outgoing, false);
+            let (level, exact) = (scene.level(outgoing, false), scene.exact(outgoing));
+            let ratio: [f64; BANDS] = std::array::from_fn(|b| level[b] / exact[b]);
             for b in 0..BANDS {
-                off_db = off_db.max(decibels(level[b] / scene.exact(outgoing, b)));
+                off_db = off_db.max(decibels(ratio[b]));
                 if let Some(before) = before {
-                    let (exact, past) = (
-                        scene.exact(outgoing, b),
-                        scene.exact(outgoing - 0.01 * degree, b),
-                    );
-                    jump_db = jump_db.max(decibels(level[b] / before[b] * past / exact));
+                    jump_db = jump_db.max(decibels(ratio[b] / before[b]));
                 }
             }
-            before = Some(level);
+            before = Some(ratio);
         }
         let lit_db = lit_side_db(&mut scene, boundary);
         let mut case = super::Case::new(format!("edge: {name}"));
@@ -160,8 +159,9 @@ pub(super) fn rows() -> Result<Vec<Row>> {
                 break;
             }
             let (level, back) = (scene.level(outgoing, false), scene.level(outgoing, true));
+            let exact = scene.exact(outgoing);
             for b in 0..BANDS {
-                let error = decibels(level[b] / scene.exact(outgoing, b));
+                let error = decibels(level[b] / exact[b]);
                 if b == 0 {
                     deep_low = deep_low.max(error);
                 } else {
@@ -186,14 +186,14 @@ fn lit_side_db(scene: &mut EdgeScene, boundary: f64) -> f64 {
         let outgoing = boundary - f64::from(before_deg).to_radians();
         scene.listen(outgoing, false);
         for band in 0..BANDS {
-            let (mut ours, mut exact) = (0.0, 0.0);
-            for tone in 0..TONES {
+            let wavenumbers: [f64; TONES] = std::array::from_fn(|tone| {
                 let octaves = (tone as f64 + 0.5) / TONES as f64 - 0.5;
-                let wavenumber = scene.wavenumber(band) * octaves.exp2();
-                ours += scene.tone(band, wavenumber).powi(2);
-                exact += oracle::size(scene.wedge(outgoing).total(wavenumber)).powi(2);
-            }
-            off_db = off_db.max(0.5 * decibels(ours / exact));
+                scene.wavenumber(band) * octaves.exp2()
+            });
+            let ours = wavenumbers.map(|wavenumber| scene.tone(band, wavenumber));
+            let exact = scene.wedge(outgoing).total(wavenumbers).map(oracle::size);
+            let energy = |tones: [f64; TONES]| tones.iter().map(|tone| tone * tone).sum::<f64>();
+            off_db = off_db.max(0.5 * decibels(energy(ours) / energy(exact)));
         }
     }
     off_db

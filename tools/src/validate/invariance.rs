@@ -204,8 +204,13 @@ fn all_paths(case: &Case) -> Result<Vec<Vec<Heard>>> {
         min_distance_m: 0.3 * case.scale,
         ..PropagationSettings::default()
     };
+    let mut first: Option<Propagator> = None;
     let pair = |[from, to]: &[Vec3; 2]| -> Result<Vec<Heard>> {
         let mut propagator = Propagator::new(Arc::clone(&scene), settings)?;
+        // The law is about paths: one late field is enough.
+        if let Some(first) = &first {
+            propagator.share_field(first);
+        }
         let mut source = SourcePose::at(SourceId::default(), *from);
         source.settings.effects.reflections = case.reflects;
         source.settings.effects.transmission = case.reflects;
@@ -214,6 +219,7 @@ fn all_paths(case: &Case) -> Result<Vec<Vec<Heard>>> {
             let ear = ListenerPose::facing(*to, 0.0);
             propagator.update(&ear, &[source], 0.0, &mut set);
         }
+        first.get_or_insert(propagator);
         Ok(set
             .paths
             .iter()

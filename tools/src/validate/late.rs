@@ -1,13 +1,15 @@
 //! Laws *late*: decays, levels and directions of the late field against particles, its independence of other sources, and
 //! its steadiness.
+//!
+//! What the particles give is kept in a table, `late_particles.csv`: they fly for minutes. [`late_reference`] reads it.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
 use super::late_particles::{Echogram, LATE_S, STEP_S, axis_shares};
 use super::late_rooms::{self, Room};
-use super::{Case, Row, rooms};
+use super::{Case, Row, late_reference, rooms};
 use foresound::acoustics::BandArray;
 use foresound::error::Result;
 use foresound::propagation::diffuse::late_segments;
@@ -50,11 +52,11 @@ impl Figures {
 /// Law *late/slopes*: EDT, T20, T30, and C80 and the level from 80 ms after the direct sound on, in every octave.
 pub(super) fn slopes() -> Result<Vec<Row>> {
     let mut rows = Vec::new();
-    for (index, room) in late_rooms::all().into_iter().enumerate() {
+    for room in late_rooms::all() {
         let scene = room.scene()?;
         let set = propagate(&scene, &room, 1)?;
         let ours = echogram_of(&set);
-        let exact = exact(index, &room, &scene);
+        let exact = late_reference::find(&room, &scene)?;
         let direct = direct_energy(&set);
         let mut worst = [0.0f64; 5];
         for band in BANDS_JUDGED {
@@ -90,12 +92,12 @@ pub(super) fn slopes() -> Result<Vec<Row>> {
 /// Law *late/direction*: shares of the late energy by direction, squares of the cosines to the six axes.
 pub(super) fn direction() -> Result<Vec<Row>> {
     let mut rows = Vec::new();
-    let rooms = late_rooms::all().into_iter().enumerate();
+    let rooms = late_rooms::all().into_iter();
     // Out of a container 0.49 of the energy comes from the container's side in place of 0.80: a known limit.
-    for (index, room) in rooms.filter(|(_, room)| room.name != late_rooms::OUT_OF_A_CONTAINER) {
+    for room in rooms.filter(|room| room.name != late_rooms::OUT_OF_A_CONTAINER) {
         let scene = room.scene()?;
         let set = propagate(&scene, &room, 1)?;
-        let exact = exact(index, &room, &scene);
+        let exact = late_reference::find(&room, &scene)?;
         let ours = shares(&late_directions(&set, room.late_from_s(SPEED_M_S)));
         let total: f64 = exact.towards.iter().sum();
         let exact = exact.towards.map(|energy| energy / total);
@@ -203,14 +205,6 @@ pub(super) fn late_decay_times(set: &PathSet) -> BandArray {
         let time_s = echogram.decay_time_s(band, -5.0, -35.0);
         time_s.unwrap_or(f64::NAN) as f32
     })
-}
-
-/// What the oracle finds in the room of an index in [`late_rooms::all`]; laws share it.
-fn exact(index: usize, room: &Room, scene: &Scene) -> Echogram {
-    static FOUND: OnceLock<Vec<OnceLock<Echogram>>> = OnceLock::new();
-    let all = FOUND.get_or_init(|| late_rooms::all().iter().map(|_| OnceLock::new()).collect());
-    let trace = || room.trace(scene.air_np_per_m(), scene.speed_of_sound_m_s());
-    all[index].get_or_init(trace).clone()
 }
 
 fn propagate(scene: &Arc<Scene>, room: &Room, seed: u64) -> Result<PathSet> {

@@ -1,4 +1,4 @@
-//! An oracle for the late field: many particles in the rooms of its laws.
+//! An oracle for the late field: many particles in the rooms of its laws. [`super::late_reference`] keeps what they give.
 //!
 //! Particles fly between rectangles and triangles by arithmetic of their own in `f64`; only the reflection by angle is the
 //! material model's definition, written again.
@@ -20,15 +20,15 @@ struct Met {
 }
 
 impl Room {
-    /// Energy over time and by direction at a ball about the listener, without the direct sound. All rooms take the same work:
-    /// where sound soon leaves there are more particles.
-    pub(super) fn trace(&self, air_np_per_m: &BandArray, speed_m_s: f64) -> Echogram {
+    /// Energy over time and by direction at a ball about the listener, without the direct sound and without the air's absorption.
+    /// All rooms of equal legs take the same work: where sound soon leaves there are more particles.
+    pub(super) fn trace(&self, speed_m_s: f64) -> Echogram {
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         let next = AtomicU64::new(0);
         let fly = || {
             let shares = std::iter::from_fn(|| Some(next.fetch_add(1, Ordering::Relaxed)));
             let own = shares.take_while(|share| *share < SHARES);
-            own.map(|share| (share, self.fly(speed_m_s, share)))
+            own.map(|share| (share, self.fly(speed_m_s, share, self.legs / SHARES)))
                 .collect::<Vec<_>>()
         };
         let mut found: Vec<_> = std::thread::scope(|scope| {
@@ -40,12 +40,23 @@ impl Room {
         });
         // The order of the sum does not depend on the threads.
         found.sort_by_key(|(share, _)| *share);
+        let parts: Vec<_> = found.into_iter().map(|(_, part)| part).collect();
+        self.sum(speed_m_s, &parts)
+    }
+
+    /// What the first particles alone give, over this many legs.
+    pub(super) fn sample(&self, speed_m_s: f64, legs: u64) -> Echogram {
+        self.sum(speed_m_s, &[self.fly(speed_m_s, 0, legs)])
+    }
+
+    /// The echogram of all particles, relative to the free field at 1 m.
+    fn sum(&self, speed_m_s: f64, parts: &[(Echogram, u64)]) -> Echogram {
         let mut echogram = Echogram::new(self.late_from_s(speed_m_s));
-        let particles: u64 = found.iter().map(|(_, (_, particles))| particles).sum();
+        let particles: u64 = parts.iter().map(|(_, particles)| particles).sum();
         let gain = 4.0 * std::f64::consts::PI
             / particles as f64
             / (4.0 / 3.0 * std::f64::consts::PI * BALL_M.powi(3));
-        for (_, (part, _)) in &found {
+        for (part, _) in parts {
             for (sum, energy) in echogram.energy.iter_mut().zip(&part.energy) {
                 sum[0] += gain * energy[0];
             }
@@ -53,19 +64,18 @@ impl Room {
                 *sum += gain * energy;
             }
         }
-        echogram.damp(air_np_per_m, speed_m_s);
         echogram
     }
 
-    /// One share of the particles, each of energy 1, and their number.
-    fn fly(&self, speed_m_s: f64, share: u64) -> (Echogram, u64) {
+    /// One share of the particles, each of energy 1, over so many legs, and their number.
+    fn fly(&self, speed_m_s: f64, share: u64, most_legs: u64) -> (Echogram, u64) {
         let source = self.source.as_dvec3();
         let listener = self.listener.as_dvec3();
         let mut echogram = Echogram::new(self.late_from_s(speed_m_s));
         let impedances: Vec<_> = self.materials.iter().map(impedance).collect();
         let mut random = Random(0x9e37_79b9_97f4_a7c5_u64.wrapping_mul(2 * share + 1));
         let (mut particles, mut legs) = (0, 0);
-        while legs < self.legs / SHARES {
+        while legs < most_legs {
             particles += 1;
             let mut at = source;
             let mut direction = random.sphere();
@@ -252,7 +262,7 @@ impl Echogram {
     }
 
     /// Spreads the first band to all, with the air's absorption.
-    fn damp(&mut self, air_np_per_m: &BandArray, speed_m_s: f64) {
+    pub(super) fn damp(&mut self, air_np_per_m: &BandArray, speed_m_s: f64) {
         for (step, energy) in self.energy.iter_mut().enumerate() {
             let path_m = (step as f64 + 0.5) * STEP_S * speed_m_s;
             let plain = energy[0];
@@ -327,11 +337,17 @@ impl Random {
         (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) as f64 / (1u64 << 53) as f64
     }
 
+    /// A direction out of two numbers in a disc \[MARSAGLIA72\]: without sines, whose last bits are the machine's, particles fly
+    /// alike everywhere.
     fn sphere(&mut self) -> DVec3 {
-        let z = 1.0 - 2.0 * self.unit();
-        let r = (1.0 - z * z).sqrt();
-        let (sin, cos) = (std::f64::consts::TAU * self.unit()).sin_cos();
-        DVec3::new(r * cos, r * sin, z)
+        loop {
+            let [x, y] = [self.unit(), self.unit()].map(|unit| 2.0 * unit - 1.0);
+            let square = x * x + y * y;
+            if square < 1.0 {
+                let wide = 2.0 * (1.0 - square).sqrt();
+                return DVec3::new(wide * x, wide * y, 1.0 - 2.0 * square);
+            }
+        }
     }
 
     /// A direction about a unit normal by Lambert's law.

@@ -134,8 +134,11 @@ fn scene(mesh: &TriangleMesh) -> Result<Arc<Scene>> {
 }
 
 fn heard(room: &BlockRoom, scene: &Arc<Scene>) -> Result<Vec<Heard>> {
+    let [from, to] = room.pairs[0];
+    let mut first = Probe::new(scene, from, PropagationSettings::default())?;
+    first.update(to);
     let pair = |[from, to]: &[Vec3; 2]| -> Result<Heard> {
-        let mut probe = Probe::new(scene, *from, PropagationSettings::default())?;
+        let mut probe = first.beside(*from)?;
         for _ in 0..UPDATES {
             probe.update(*to);
         }

@@ -208,8 +208,11 @@ struct Arrival {
 }
 
 fn heard(scene: &Arc<Scene>, pairs: &[[Vec3; 2]]) -> Result<Vec<Heard>> {
+    let [from, to] = pairs[0];
+    let mut first = Probe::new(scene, from, PropagationSettings::default())?;
+    first.update(to);
     let pair = |[from, to]: &[Vec3; 2]| -> Result<Heard> {
-        let mut probe = Probe::new(scene, *from, PropagationSettings::default())?;
+        let mut probe = first.beside(*from)?;
         for _ in 0..UPDATES {
             probe.update(*to);
         }

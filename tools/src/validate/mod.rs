@@ -17,6 +17,7 @@ mod late;
 pub mod late_figures;
 mod late_level;
 mod late_particles;
+pub mod late_reference;
 mod late_rooms;
 mod late_sound;
 mod leak;

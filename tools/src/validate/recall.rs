@@ -17,7 +17,7 @@ use super::Row;
 use super::recall_rooms::{ABSORPTION, RecallRoom, all};
 use super::rooms::Probe;
 use foresound::error::Result;
-use foresound::propagation::{MAX_ORDER, PathSet, PropagationSettings};
+use foresound::propagation::{MAX_ORDER, PathSet};
 
 /// Source and listener pairs in each room.
 const PAIRS: u64 = 24;
@@ -42,8 +42,9 @@ pub(super) fn rows() -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for room in all()? {
         let oracle_room = OracleRoom::of(&room);
-        rows.extend(recall(&room, &oracle_room)?);
-        rows.push(walks(&room, &oracle_room)?);
+        let first = room.probe()?;
+        rows.extend(recall(&room, &oracle_room, &first)?);
+        rows.push(walks(&room, &oracle_room, &first)?);
     }
     Ok(rows)
 }
@@ -120,7 +121,7 @@ impl OracleRoom {
     }
 }
 
-fn recall(room: &RecallRoom, oracle_room: &OracleRoom) -> Result<Vec<Row>> {
+fn recall(room: &RecallRoom, oracle_room: &OracleRoom, first: &Probe) -> Result<Vec<Row>> {
     let (mut expected, mut wrong, mut compared) = (0usize, 0usize, 0usize);
     let mut energy_expected = 0.0;
     let (mut found, mut energy_found) = ([0usize; 2], [0.0; 2]);
@@ -129,7 +130,7 @@ fn recall(room: &RecallRoom, oracle_room: &OracleRoom) -> Result<Vec<Row>> {
         let truth = oracle_room.truth(source, listener);
         expected += truth.len();
         energy_expected += truth.values().sum::<f64>();
-        let mut pair = Probe::new(&room.scene, source, PropagationSettings::default())?;
+        let mut pair = first.beside(source)?;
         for update in 1..=16 {
             pair.update(listener);
             let Some(index) = [1, 16].iter().position(|&at| at == update) else {
@@ -162,13 +163,13 @@ fn recall(room: &RecallRoom, oracle_room: &OracleRoom) -> Result<Vec<Row>> {
 }
 
 /// Changes of the path set that the true set does not have, while a listener walks.
-fn walks(room: &RecallRoom, oracle_room: &OracleRoom) -> Result<Row> {
+fn walks(room: &RecallRoom, oracle_room: &OracleRoom, first: &Probe) -> Result<Row> {
     let (mut spurious, mut paths) = (0usize, 0usize);
     for number in 0..WALKS {
         let (steps, step_m) = WALK;
         let source = room.position(1000 + 3 * number);
         let (start, onward) = free_line(room, 1001 + 50 * number, steps as f32 * step_m);
-        let mut pair = Probe::new(&room.scene, source, PropagationSettings::default())?;
+        let mut pair = first.beside(source)?;
         for _ in 0..16 {
             pair.update(start);
         }

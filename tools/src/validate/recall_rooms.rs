@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::rooms::{commit, even};
+use super::rooms::{Probe, commit, even};
 use foresound::acoustics::Material;
 use foresound::error::Result;
+use foresound::propagation::PropagationSettings;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::scene::{Scene, TriangleMesh};
 
@@ -29,6 +30,14 @@ pub(super) struct RecallRoom {
 }
 
 impl RecallRoom {
+    /// A probe that others may be beside.
+    pub(super) fn probe(&self) -> Result<Probe> {
+        let [source, listener] = [0, 1].map(|number| self.position(number));
+        let mut probe = Probe::new(&self.scene, source, PropagationSettings::default())?;
+        probe.update(listener);
+        Ok(probe)
+    }
+
     /// A position for a source or listener, a different one for each number.
     pub(super) fn position(&self, number: u64) -> Vec3 {
         for attempt in 0u64.. {

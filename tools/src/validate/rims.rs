@@ -9,12 +9,11 @@ use glam::{DVec3, Vec3};
 
 use super::recall::OracleRoom;
 use super::recall_rooms::{self, RecallRoom, Rectangles};
-use super::rooms::{Probe, commit, even};
+use super::rooms::{commit, even};
 use super::{Case, Row};
 use foresound::acoustics::BANDS;
 use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::error::Result;
-use foresound::propagation::PropagationSettings;
 use foresound::scene::{Scene, TriangleMesh, procedural};
 
 /// Source and listener pairs in each room.
@@ -134,9 +133,10 @@ fn energies(room: &Room) -> Result<([f64; BANDS], [f64; BANDS])> {
     let Room { room, rims } = room;
     let oracle = OracleRoom::of(room);
     let (mut ours, mut exact) = ([0.0; BANDS], [0.0; BANDS]);
+    let first = room.probe()?;
     for number in 0..PAIRS {
         let (source, listener) = (room.position(2 * number), room.position(2 * number + 1));
-        let mut probe = Probe::new(&room.scene, source, PropagationSettings::default())?;
+        let mut probe = first.beside(source)?;
         for _ in 0..UPDATES {
             probe.update(listener);
         }

@@ -46,6 +46,14 @@ impl Probe {
         })
     }
 
+    /// Another one in the same scene, cold but for the late field, which is the scene's: this one has had an update.
+    pub fn beside(&self, source: Vec3) -> Result<Self> {
+        let scene = self.propagator.scene();
+        let mut other = Self::new(scene, source, *self.propagator.settings())?;
+        other.propagator.share_field(&self.propagator);
+        Ok(other)
+    }
+
     /// Updates the paths to a listener.
     pub fn update(&mut self, listener: Vec3) {
         let ear = ListenerPose::facing(listener, 0.0);

@@ -9,6 +9,7 @@ use foresound::scene::Scene;
 use foresound::scene::layout::Walk;
 use foresound::{Error, Result};
 use foresound_tools::clip::{Clip, load_clip, load_recording};
+use foresound_tools::fnv::fnv;
 use foresound_tools::motion::ReachableFloor;
 use foresound_tools::open_space::clear_m;
 use glam::Vec3;
@@ -203,11 +204,4 @@ fn recordings(folder: &Path) -> Result<Vec<Clip>> {
         )]);
     }
     Ok(clips)
-}
-
-/// FNV-1a, 64 bits.
-pub(super) fn fnv(bytes: impl IntoIterator<Item = u8>) -> u64 {
-    bytes.into_iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    })
 }

@@ -10,6 +10,7 @@ use foresound::output::wav::{WavFormat, WavSink};
 use foresound::propagation::{self, PathSet, PropagationSettings, Propagator};
 use foresound::runtime::{Latency, Schedule};
 use foresound::{Error, Result};
+use foresound_tools::fnv::fnv;
 use foresound_tools::scores::Scores;
 use foresound_tools::settling::Settling;
 use serde::{Deserialize, Serialize};
@@ -17,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use super::motion::Motion;
 use super::plan::Unit;
 use super::rendering::{How, Rendered, render};
-use super::stage::{Props, RATE_HZ, Stage, fnv};
+use super::stage::{Props, RATE_HZ, Stage};
 
 /// Factor on the rays of the search that the reference's recall is measured against.
 const THOROUGH: u32 = 8;

@@ -40,16 +40,18 @@ impl Wedge {
         self.straight_m(self.angles[1] - self.angles[0])
     }
 
-    /// The diffracted field at a wavenumber in rad/m, for a source whose free field is e^(−jkr)/r.
-    pub fn diffracted(&self, wavenumber: f64) -> Pair {
+    /// The diffracted field at wavenumbers in rad/m, for a source whose free field is e^(−jkr)/r: one integral, in which only
+    /// e^(−k t²) differs between them.
+    pub fn diffracted<const N: usize>(&self, wavenumbers: [f64; N]) -> [Pair; N] {
         let [phi0, phi] = self.angles;
         let [r0, r] = self.radii_m;
         let far = self.path_m();
         // Steps even in ln t: a pole close to zero is resolved at every distance.
-        let (low, high) = (1e-9f64.ln(), (45.0 / wavenumber).sqrt().ln());
+        let lowest = wavenumbers.iter().copied().fold(f64::INFINITY, f64::min);
+        let (low, high) = (1e-9f64.ln(), (45.0 / lowest).sqrt().ln());
         let steps = 3000;
         let width = (high - low) / f64::from(steps);
-        let mut sum = (0.0, 0.0);
+        let mut sums = [(0.0, 0.0); N];
         for i in 0..=steps {
             let t = (low + width * f64::from(i)).exp();
             let weight = match i {
@@ -84,14 +86,20 @@ impl Wedge {
             }
             // dR = −2j t dt, dy/R = dR/(r r' sinh y), dt = t d(ln t).
             let measure = over(
-                (0.0, -2.0 * t * t * (-wavenumber * t * t).exp()),
+                (0.0, -2.0 * t * t * weight),
                 (sinh.0 * r * r0, sinh.1 * r * r0),
             );
             let value = times(beta, measure);
-            sum = (sum.0 + weight * value.0, sum.1 + weight * value.1);
+            for (sum, wavenumber) in sums.iter_mut().zip(wavenumbers) {
+                let fading = (-wavenumber * t * t).exp();
+                *sum = (sum.0 + fading * value.0, sum.1 + fading * value.1);
+            }
         }
         let scale = -width / 3.0 / (2.0 * self.n * PI);
-        times((sum.0 * scale, sum.1 * scale), turn(-wavenumber * far))
+        std::array::from_fn(|i| {
+            let sum = (sums[i].0 * scale, sums[i].1 * scale);
+            times(sum, turn(-wavenumbers[i] * far))
+        })
     }
 
     /// The total field of an edge that goes from `ends_m[0]` to `ends_m[1]` along its line, in metres from the source's
@@ -133,8 +141,20 @@ impl Wedge {
     }
 
     /// Diffracted, direct and reflected fields together.
-    pub fn total(&self, wavenumber: f64) -> Pair {
-        let mut sum = self.diffracted(wavenumber);
+    pub fn total<const N: usize>(&self, wavenumbers: [f64; N]) -> [Pair; N] {
+        let diffracted = self.diffracted(wavenumbers);
+        std::array::from_fn(|i| {
+            let geometrical = self.geometrical(wavenumbers[i]);
+            (
+                diffracted[i].0 + geometrical.0,
+                diffracted[i].1 + geometrical.1,
+            )
+        })
+    }
+
+    /// Direct and reflected fields together, where the listener has them.
+    pub fn geometrical(&self, wavenumber: f64) -> Pair {
+        let mut sum = (0.0, 0.0);
         let [phi0, phi] = self.angles;
         let seen = [
             (phi - phi0, (phi - phi0).abs() < PI),
