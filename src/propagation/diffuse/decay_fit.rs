@@ -26,11 +26,8 @@ pub(crate) const FITTED_FROM_DB: f32 = 20.0;
 /// Time steps at the start and end of the course that the fall is taken between.
 const FALL_STEPS: usize = 10;
 
-/// Level below the peak to which the slow decay is fitted: 45 dB.
-const SLOW_RANGE: f32 = 3.2e-5;
-
-/// Share of that span after which its fit starts.
-const SLOW_START: f32 = 0.5;
+/// Shares of the energy, those that are still to come where the fit of the slow decay begins and ends: −10 and −40 dB.
+const SLOW_FIT: [f64; 2] = [1e-1, 1e-4];
 
 /// Ratio of the decay rates, in octaves, up to which they are one and from which on they are two.
 const ONE_DECAY: f64 = 1.0;
@@ -295,45 +292,104 @@ fn quantile(values: &[BandArray], weights: &[f32], band: usize, wanted: f32) -> 
     found.map_or(0.0, |index| f64::from(values[*index][band]))
 }
 
-/// Decay per time step in the second half of the audible range. In the open a few echoes arrive there with gaps between them, and
-/// the last one is no sign of energy that grows: with gaps the line goes through the largest energy that is still to come, and
-/// from the echo before on where the last one is the only one in that half.
+/// Fall per time step of the energy that is still to come (Schroeder's integral) within [`SLOW_FIT`] of all of it. In the open few rays carry
+/// what is left late: their energy goes up and down from step to step, and that which is to come does not.
 fn slow_slope(energy: &[BandArray], band: usize) -> Option<f64> {
-    let peak = energy.iter().map(|energy| energy[band]).fold(0.0, f32::max);
-    let is_audible = |energy: &BandArray| energy[band] > SLOW_RANGE * peak;
-    let end = 1 + energy.iter().rposition(is_audible)?;
-    let half = (SLOW_START * end as f32) as usize;
-    let mut levels: Vec<f32> = energy.iter().map(|energy| energy[band]).collect();
-    if energy[half..end].iter().all(is_audible) {
-        return slope(&levels[half..end]);
+    let mut to_come: Vec<f64> = energy.iter().map(|e| f64::from(e[band])).collect();
+    let mut sum = energy_after(&to_come);
+    for energy in to_come.iter_mut().rev() {
+        sum += *energy;
+        *energy = sum;
     }
-    for step in (1..end).rev() {
-        levels[step - 1] = levels[step - 1].max(levels[step]);
-    }
-    let falls = |step: &usize| levels[*step] > levels[end - 1];
-    let first = (0..=half).rev().find(falls).unwrap_or(half);
-    slope(&levels[first..end])
+    let all = *to_come.first()?;
+    let [from, to] = SLOW_FIT.map(|share| {
+        let below = to_come.iter().position(|energy| *energy < share * all);
+        below.unwrap_or(to_come.len())
+    });
+    Line::through(&to_come[from..to]).map(|line| line.fall)
 }
 
-/// Fall of a least-squares line through the logarithm, per time step.
-fn slope(energy: &[f32]) -> Option<f64> {
-    let (mut n, mut t, mut tt, mut y, mut ty) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for (step, energy) in energy.iter().enumerate() {
-        if *energy > 0.0 {
-            let (at, nepers) = (step as f64, f64::from(*energy).ln());
-            n += 1.0;
-            t += at;
-            tt += at * at;
-            y += nepers;
-            ty += at * nepers;
+/// Energy that arrives after a course that goes on as its second half falls.
+fn energy_after(course: &[f64]) -> f64 {
+    let second_half = &course[course.len() / 2..];
+    let Some(line) = Line::through(second_half) else {
+        return 0.0;
+    };
+    // Where the course falls by less, the slow decay is not fitted.
+    let least = f64::from(FITTED_FROM_DB) * NEPERS_OF_60_DB / 60.0 / course.len() as f64;
+    let fall = line.fall.max(least);
+    let first_after = line.at(second_half.len());
+    first_after / (1.0 - (-fall).exp())
+}
+
+/// A least-squares line through the logarithm of an energy.
+struct Line {
+    /// Nepers per time step.
+    fall: f64,
+    /// Mean time step, and mean of the logarithm.
+    middle: f64,
+    mean: f64,
+}
+
+impl Line {
+    fn through(energy: &[f64]) -> Option<Self> {
+        let (mut n, mut t, mut tt, mut y, mut ty) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for (step, energy) in energy.iter().enumerate() {
+            if *energy > 0.0 {
+                let (at, nepers) = (step as f64, energy.ln());
+                n += 1.0;
+                t += at;
+                tt += at * at;
+                y += nepers;
+                ty += at * nepers;
+            }
         }
+        (n > 2.0).then(|| Self {
+            fall: ((t * y - n * ty) / (n * tt - t * t)).max(0.0),
+            middle: t / n,
+            mean: y / n,
+        })
     }
-    (n > 2.0).then(|| ((t * y - n * ty) / (n * tt - t * t)).max(0.0))
+
+    /// Energy in a time step.
+    fn at(&self, step: usize) -> f64 {
+        (self.mean - self.fall * (step as f64 - self.middle)).exp()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn course(levels: impl Iterator<Item = f32>) -> Vec<BandArray> {
+        levels.map(|level| [level; BANDS]).collect()
+    }
+
+    /// Also where the course ends 20 dB below its start, and where it ends in silence.
+    #[test]
+    fn the_slow_decay_of_one_decay_is_its_own() {
+        for fall in [0.02, 0.05, 0.2] {
+            let course = course((0..240).map(|step| (-fall * step as f32).exp()));
+            let found = slow_slope(&course, 2).expect("a decay") as f32;
+            assert!((found / fall - 1.0).abs() < 1e-3, "{fall}: {found}");
+        }
+    }
+
+    /// From −20 dB on every tenth step has an echo with the energy of ten, and the last one is louder than the one before: no sign of
+    /// energy that grows.
+    #[test]
+    fn a_loud_last_echo_is_no_growing_energy() {
+        let fall = 0.05f32;
+        let level = |step: usize| (-fall * step as f32).exp();
+        let course = course((0..240).map(|step| match step {
+            0..100 => level(step),
+            100..150 if step % 10 == 0 => 10.0 * level(step),
+            150 => 20.0 * level(140),
+            _ => 0.0,
+        }));
+        let found = slow_slope(&course, 2).expect("a decay") as f32;
+        assert!((0.9..1.1).contains(&(found / fall)), "{found}");
+    }
 
     #[test]
     fn the_second_mode_has_the_rate_of_what_it_keeps() {
