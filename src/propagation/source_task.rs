@@ -522,25 +522,27 @@ impl SourceTask {
             length,
             ends,
             margin_m,
-            |sequence, unfolded, reflected| {
-                let gate = (self.nearby_gate, &mut self.nearby_estimates);
-                if let Some(path) = query.nearby_path(sequence, unfolded, reflected, gate) {
-                    self.nearby.push(path);
-                }
-            },
-            |index, sequence, (batch, lane)| {
-                if let (Some(index), true) = (own.in_rays(index), walk.is_steady()) {
-                    let miss = Miss {
-                        scene: context.scene,
-                        sequence,
-                        batch,
-                        lane,
-                        source: ends[0],
-                        margin_m,
-                    };
-                    marked.mark(index, walk.mark(miss.distance_m()));
-                }
-            },
+            (
+                |sequence, unfolded, reflected| {
+                    let gate = (self.nearby_gate, &mut self.nearby_estimates);
+                    if let Some(path) = query.nearby_path(sequence, unfolded, reflected, gate) {
+                        self.nearby.push(path);
+                    }
+                },
+                |index, sequence, (batch, lane)| {
+                    if let (Some(index), true) = (own.in_rays(index), walk.is_steady()) {
+                        let miss = Miss {
+                            scene: context.scene,
+                            sequence,
+                            batch,
+                            lane,
+                            source: ends[0],
+                            margin_m,
+                        };
+                        marked.mark(index, walk.mark(miss.distance_m()));
+                    }
+                },
+            ),
         );
         if is_due {
             self.validate(query, scratch);

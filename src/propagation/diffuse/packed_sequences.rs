@@ -207,7 +207,7 @@ mod tests {
                 .map(|(index, _)| index)
                 .collect();
             for (index, mark) in all.iter().zip(marks.iter_mut().flatten()) {
-                if mix(round + u64::from(*index)) % 3 == 0 {
+                if mix(round + u64::from(*index)).is_multiple_of(3) {
                     *mark = (round % 4) as u16;
                     packed.mark(*index, *mark);
                 }

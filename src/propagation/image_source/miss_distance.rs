@@ -47,13 +47,13 @@ impl Miss<'_> {
         let mut taken = 0u8;
         for step in 0..count {
             if self.batch.misses_at(self.lane, step) {
-                return self.to_planes_m(step, taken);
+                return self.until_planes_m(step, taken);
             }
             let (index, point, _) = self.batch.step(self.lane, step);
             let outside_m = outside_bounds_m(self.surface(index), point);
             if outside_m > self.margin_m {
                 let away_m = self.unfolded_m(index, point, taken, outside_m - self.margin_m);
-                return self.out_of_cone_m(step, away_m);
+                return self.until_out_of_cone_m(step, away_m);
             }
             taken |= 1 << index;
         }
@@ -82,7 +82,7 @@ impl Miss<'_> {
     }
 
     /// Until the line crosses a plane that it misses at this step.
-    fn to_planes_m(&self, step: usize, taken: u8) -> f64 {
+    fn until_planes_m(&self, step: usize, taken: u8) -> f64 {
         let count = self.sequence.len().min(MAX_ORDER);
         let before = self.batch.precedence(self.lane, count).bits().to_le_bytes();
         let (_, _, target) = self.batch.step(self.lane, step);
@@ -105,7 +105,7 @@ impl Miss<'_> {
             let image_m = there_m.abs() - slack_m;
             let least_m = match step.checked_sub(1) {
                 Some(last) if image_m > most_m => {
-                    image_m.min(self.out_of_cone_m(last, here_m.abs()))
+                    image_m.min(self.until_out_of_cone_m(last, here_m.abs()))
                 }
                 _ => image_m,
             };
@@ -116,7 +116,7 @@ impl Miss<'_> {
 
     /// Until the line no longer crosses the plane of a step within `away_m` of where it does: the distance of the listener's image
     /// from the lines through points at that distance. The nearest one is where the plane is seen at the smallest angle.
-    fn out_of_cone_m(&self, step: usize, away_m: f64) -> f64 {
+    fn until_out_of_cone_m(&self, step: usize, away_m: f64) -> f64 {
         let (index, point, target) = self.batch.step(self.lane, step);
         let (line_m, rest) = (self.line_m(), target - point);
         let rest_m = rest.length();

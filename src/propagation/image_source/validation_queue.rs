@@ -112,8 +112,10 @@ impl ValidationQueue {
         length: usize,
         [source, listener]: [DVec3; 2],
         margin_m: f64,
-        mut beside: impl FnMut(&Sequence, &mut UnfoldedPath, Option<f32>),
-        mut missed: impl FnMut(u32, &Sequence, (&SequenceBatch4, usize)),
+        (mut beside, mut missed): (
+            impl FnMut(&Sequence, &mut UnfoldedPath, Option<f32>),
+            impl FnMut(u32, &Sequence, (&SequenceBatch4, usize)),
+        ),
     ) -> bool {
         let Some(bucket) = self.buckets.get_mut(length.wrapping_sub(1)) else {
             return false;
