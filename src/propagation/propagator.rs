@@ -10,6 +10,8 @@ mod guide_origins;
 mod listeners;
 mod rest;
 mod uncovered_occupants;
+#[cfg(test)]
+mod untried_tests;
 
 use std::sync::Arc;
 

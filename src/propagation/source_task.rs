@@ -2,7 +2,9 @@
 //! source: sources are spread over threads.
 
 mod listener_part;
+mod listener_walk;
 mod near_casts;
+mod own_candidates;
 mod query;
 mod rest;
 mod state;
@@ -19,6 +21,7 @@ use crate::propagation::diffuse::{
     VisibilityCells, stable_viewpoint,
 };
 use crate::propagation::image_source::image_path::MARGIN_M;
+use crate::propagation::image_source::miss_distance::Miss;
 use crate::propagation::image_source::nearby_gate::{
     MirrorEnergies, NearbyGate, RankedPath, keep_loudest,
 };
@@ -33,7 +36,9 @@ use crate::propagation::rays::directions::{ROTATIONS, lattice_of, rotation};
 use crate::propagation::update_scope::UpdateScope;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 use listener_part::ListenerPart;
+use listener_walk::ListenerWalk;
 use near_casts::NearCasts;
+use own_candidates::OwnIndices;
 use query::SourceQuery;
 use rest::SourceRest;
 
@@ -50,12 +55,6 @@ const CAST_AFTER_JUMP: usize = 1;
 /// Largest coordinate of source and listener in metres. Rays are in single precision, which represents its
 /// square. A position beyond it or a non-finite one has no path.
 const MAX_COORDINATE_M: f64 = 1e9;
-
-/// Number of a source's own sequences up to which an update with nearby paths adds those of other rotations.
-const MAX_OWN: usize = 2048;
-
-/// Such an update adds those of every fourth rotation, from the present one on: all have been tried after four updates.
-const ROTATION_STRIDE: usize = 4;
 
 /// A predicted position of the listener.
 #[derive(Debug, Default)]
@@ -123,6 +122,7 @@ pub(super) struct ReflectionContext<'a> {
 pub(super) struct Scratch {
     /// Also the present source's own sequences.
     rays: RayScratch,
+    own: OwnIndices,
     pub(super) cull: CullScratch,
     queue: ValidationQueue,
     /// Valid sequences by candidate index.
@@ -136,6 +136,7 @@ impl Scratch {
         let own = settings.source_rays as usize * settings.depth.max(1) + settings.cache_capacity;
         Self {
             rays: RayScratch::with_capacity(own),
+            own: OwnIndices::default(),
             cull: CullScratch::default(),
             queue: ValidationQueue::default(),
             valid: Vec::new(),
@@ -171,6 +172,7 @@ pub(super) struct SourceTask {
     /// Rotations that are still to be cast since it was put elsewhere.
     missing_rotations: usize,
     late: LateEstimator,
+    walk: ListenerWalk,
     cache: ValidCache,
     occluders: OccluderCache,
     /// Rotation of this update's rays, cast or cached; `None` if none are due.
@@ -259,47 +261,6 @@ impl SourceTask {
         let mut push = |path| paths.push(path);
         self.near_edges =
             diffraction::update(context.scene, &endpoints, order, near, rays, &mut push);
-    }
-
-    /// Collects the source's own candidates: those of its rays and those valid before, without those of the guide rays.
-    fn collect_own(&self, context: &ReflectionContext<'_>, own: &mut SequenceSet) {
-        let (scene, depth) = (context.update.scene, context.update.depth);
-        own.clear();
-        let add = |own: &mut SequenceSet, sequence: Sequence| {
-            let hash = sequence.hash();
-            if !context.guide.contains_hashed(&sequence, hash) {
-                own.insert_hashed(sequence, hash);
-            }
-        };
-        if let Some(rotation) = self.rotation {
-            let found = self.late.short_sequences(rotation, depth);
-            found.for_each(|sequence| add(own, sequence));
-        }
-        let cached = self.cache.entries().iter();
-        let cached = cached.filter(|sequence| sequence.len() <= depth);
-        cached.for_each(|sequence| add(own, sequence.renewed(scene)));
-        let first = self.rotation.unwrap_or(context.update.round);
-        for other in self.other_rotations(&context.update) {
-            for sequence in self.late.short_sequences(first + other, depth) {
-                if own.entries().len() >= MAX_OWN {
-                    return;
-                }
-                add(own, sequence.renewed(scene));
-            }
-        }
-    }
-
-    /// The rotations whose sequences are tried besides those of the one in turn, from that one on. An update of low orders, of
-    /// which each has few, tries all, and one with nearby paths some: it takes longer.
-    fn other_rotations(&self, update: &UpdateContext<'_>) -> impl Iterator<Item = u64> + use<> {
-        let stride = match (update.scope.max_order, update.nearby_m, self.rotation) {
-            (Some(_), ..) => Some(1),
-            (None, Some(_), Some(_)) => Some(ROTATION_STRIDE),
-            _ => None,
-        };
-        let others = stride.map(|stride| (0..ROTATIONS).step_by(stride));
-        let tried = usize::from(self.rotation.is_some());
-        others.into_iter().flatten().skip(tried)
     }
 
     /// Whether none of the source's rays has left energy at the patches of the field.
@@ -497,7 +458,8 @@ impl SourceTask {
                 self.queue(query, scratch, &guide[index], (index, reflected));
             });
         }
-        self.collect_own(context, &mut scratch.rays.sequences);
+        self.walk_on(query);
+        self.collect_own(context, scratch);
         for index in 0..scratch.rays.sequences.entries().len() {
             let sequence = scratch.rays.sequences.entries()[index];
             self.queue(query, scratch, &sequence, (guide.len() + index, None));
@@ -552,18 +514,35 @@ impl SourceTask {
     #[inline(never)]
     fn unfold(&mut self, query: &SourceQuery<'_>, scratch: &mut Scratch, length: usize) {
         let SourceQuery { context, ends, .. } = *query;
+        let margin_m = MARGIN_M + context.nearby_m.unwrap_or(0.0);
+        let (walk, own, marked) = (&self.walk, &scratch.own, self.late.packed_mut());
         let is_due = scratch.queue.unfold(
             context.scene,
             &self.occluders,
             length,
             ends,
-            MARGIN_M + context.nearby_m.unwrap_or(0.0),
-            |sequence, unfolded, reflected| {
-                let gate = (self.nearby_gate, &mut self.nearby_estimates);
-                if let Some(path) = query.nearby_path(sequence, unfolded, reflected, gate) {
-                    self.nearby.push(path);
-                }
-            },
+            margin_m,
+            (
+                |sequence, unfolded, reflected| {
+                    let gate = (self.nearby_gate, &mut self.nearby_estimates);
+                    if let Some(path) = query.nearby_path(sequence, unfolded, reflected, gate) {
+                        self.nearby.push(path);
+                    }
+                },
+                |index, sequence, (batch, lane)| {
+                    if let (Some(index), true) = (own.in_rays(index), walk.is_steady()) {
+                        let miss = Miss {
+                            scene: context.scene,
+                            sequence,
+                            batch,
+                            lane,
+                            source: ends[0],
+                            margin_m,
+                        };
+                        marked.mark(index, walk.mark(miss.distance_m()));
+                    }
+                },
+            ),
         );
         if is_due {
             self.validate(query, scratch);

@@ -43,11 +43,33 @@ impl<T: Copy> ByRotation<T> {
         &self.items[self.range(rotation)]
     }
 
+    /// The items of all rotations, those of the first one first.
+    pub(crate) fn all_mut(&mut self) -> &mut [T] {
+        &mut self.items
+    }
+
+    /// Index of a rotation's first item among all.
+    pub(crate) fn start(&self, rotation: usize) -> usize {
+        self.range(rotation).start
+    }
+
     /// Replaces the list of a rotation. Allocates if all lists together are longer than the memory.
     pub(crate) fn replace(&mut self, rotation: usize, list: &[T]) {
+        let range = self.resize(rotation, list.len(), list.first());
+        self.items[range].copy_from_slice(list);
+    }
+
+    /// Replaces the list of a rotation by `count` times one item, as [`Self::replace`].
+    pub(crate) fn replace_by(&mut self, rotation: usize, count: usize, item: T) {
+        let range = self.resize(rotation, count, Some(&item));
+        self.items[range].fill(item);
+    }
+
+    /// Gives the list of a rotation another length; its items are arbitrary. Returns where they are.
+    fn resize(&mut self, rotation: usize, count: usize, filler: Option<&T>) -> Range<usize> {
         let old = self.range(rotation);
-        let (whole, end) = (self.items.len(), old.start + list.len());
-        let wanted = whole - old.len() + list.len();
+        let (whole, end) = (self.items.len(), old.start + count);
+        let wanted = whole - old.len() + count;
         self.filled |= 1 << rotation;
         if wanted > self.items.capacity() {
             // Other rotations' lists will be about as long.
@@ -55,15 +77,15 @@ impl<T: Copy> ByRotation<T> {
             self.items
                 .reserve_exact(expected + expected / SPARE - whole);
         }
-        if let (Some(&filler), true) = (list.first(), wanted > whole) {
+        if let (Some(&filler), true) = (filler, wanted > whole) {
             self.items.resize(wanted, filler);
         }
         self.items.copy_within(old.end..whole, end);
         self.items.truncate(wanted);
-        self.items[old.start..end].copy_from_slice(list);
         for last in &mut self.ends[rotation..] {
-            *last = (*last as usize - old.len() + list.len()) as u32;
+            *last = (*last as usize - old.len() + count) as u32;
         }
+        old.start..end
     }
 
     /// Removes what is not `kept` from the list of a rotation.

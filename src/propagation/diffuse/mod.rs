@@ -286,12 +286,18 @@ impl LateEstimator {
     }
 
     /// Those of up to `most` reflections.
-    pub(crate) fn short_sequences(
-        &self,
-        rotation: u64,
-        most: usize,
-    ) -> impl Iterator<Item = Sequence> {
+    fn short_sequences(&self, rotation: u64, most: usize) -> impl Iterator<Item = Sequence> {
         self.sequences.of((rotation % ROTATIONS) as usize, most)
+    }
+
+    /// Those of all rotations.
+    pub(crate) fn packed(&self) -> &PackedSequences {
+        &self.sequences
+    }
+
+    /// The same, to mark them.
+    pub(crate) fn packed_mut(&mut self) -> &mut PackedSequences {
+        &mut self.sequences
     }
 
     /// Whether rays have been cast, and none of any rotation has left energy at the scene's patches.

@@ -248,7 +248,7 @@ impl UnfoldedPath {
 /// Distance in metres of a point of a surface's plane outside the surface's bounds, along the axis across which it is the largest,
 /// without the surface's main axis. It is [`MARGIN_M`] or less for every point of the surface.
 #[inline]
-fn outside_bounds_m(surface: &Surface, point: DVec3) -> f64 {
+pub(crate) fn outside_bounds_m(surface: &Surface, point: DVec3) -> f64 {
     let (low, high) = (surface.bounds_min.as_dvec3(), surface.bounds_max.as_dvec3());
     let outside = (low - point).max(point - high);
     let most_m = outside.max_element();

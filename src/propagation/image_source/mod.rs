@@ -9,6 +9,7 @@ pub mod expansion;
 pub mod finite_panel;
 mod hull;
 pub mod image_path;
+pub(crate) mod miss_distance;
 pub(crate) mod nearby_gate;
 pub(crate) mod occluder_cache;
 pub mod sequence;

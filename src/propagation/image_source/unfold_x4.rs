@@ -31,6 +31,8 @@ pub(crate) struct SequenceBatch4 {
     points: [Vectors<LANES>; MAX_ORDER],
     targets: [Vectors<LANES>; MAX_ORDER],
     taken: [[u64; LANES]; MAX_ORDER],
+    /// After each step and at last, other than 0 where a line has missed a plane.
+    missed: [[u64; LANES]; MAX_ORDER],
     misses: [u64; LANES],
 }
 
@@ -45,6 +47,7 @@ impl SequenceBatch4 {
         points: [[[0.0; LANES]; 3]; MAX_ORDER],
         targets: [[[0.0; LANES]; 3]; MAX_ORDER],
         taken: [[0; LANES]; MAX_ORDER],
+        missed: [[0; LANES]; MAX_ORDER],
         misses: [0; LANES],
     };
 
@@ -62,6 +65,18 @@ impl SequenceBatch4 {
     #[inline(always)]
     pub(crate) fn skew(&self) -> &Lanes {
         &self.skew
+    }
+
+    /// That of a lane.
+    #[inline(always)]
+    pub(crate) fn skew_of(&self, lane: usize) -> f64 {
+        self.skew[lane % LANES]
+    }
+
+    /// Distance of a lane's listener image from plane `index`, in which it is mirrored next.
+    #[inline(always)]
+    pub(crate) fn distance_m(&self, lane: usize, index: usize) -> f64 {
+        self.partial_image_m[index % MAX_ORDER][lane % LANES].abs()
     }
 
     /// For each lane the listener mirrored in all planes.
@@ -92,6 +107,12 @@ impl SequenceBatch4 {
     #[inline(always)]
     pub(crate) fn meets_all(&self, lane: usize) -> bool {
         self.misses[lane % LANES] == 0
+    }
+
+    /// Whether it misses one of those that may come next at a step or before.
+    #[inline(always)]
+    pub(crate) fn misses_at(&self, lane: usize, step: usize) -> bool {
+        self.missed[step % MAX_ORDER][lane % LANES] != 0
     }
 
     /// Step number `step` of a lane's line: the reflection's index in the sequence, the point, and the listener's image that
@@ -126,6 +147,7 @@ impl SequenceBatch4 {
             self.targets[step] = lines.image;
             self.taken[step] = lines.advance(&self.planes, COUNT);
             self.points[step] = lines.from;
+            self.missed[step] = lines.misses;
         }
         self.misses = lines.misses;
     }

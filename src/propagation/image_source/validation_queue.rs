@@ -102,8 +102,8 @@ impl ValidationQueue {
     }
 
     /// Unfolds the queued sequences of one length. Calls `beside` with each one whose line meets its planes outside the surfaces'
-    /// bounds, within `margin_m` metres. Returns whether [`Self::validate`] is due. `ends` are source and listener, local
-    /// coordinates.
+    /// bounds, within `margin_m` metres, and `missed` with the index and the lane of each other one. Returns whether
+    /// [`Self::validate`] is due. `ends` are source and listener, local coordinates.
     #[inline(always)]
     pub(crate) fn unfold(
         &mut self,
@@ -112,7 +112,10 @@ impl ValidationQueue {
         length: usize,
         [source, listener]: [DVec3; 2],
         margin_m: f64,
-        mut beside: impl FnMut(&Sequence, &mut UnfoldedPath, Option<f32>),
+        (mut beside, mut missed): (
+            impl FnMut(&Sequence, &mut UnfoldedPath, Option<f32>),
+            impl FnMut(u32, &Sequence, (&SequenceBatch4, usize)),
+        ),
     ) -> bool {
         let Some(bucket) = self.buckets.get_mut(length.wrapping_sub(1)) else {
             return false;
@@ -138,7 +141,7 @@ impl ValidationQueue {
                     self.count += 1;
                 }
                 Some(_) => beside(sequence, unfolded, bucket.reflected[lane]),
-                None => {}
+                None => missed(index, sequence, (&bucket.batch, lane)),
             }
         }
         self.count >= BATCH

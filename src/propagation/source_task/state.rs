@@ -3,6 +3,7 @@
 
 use super::SourceTask;
 use super::listener_part::ListenerPart;
+use super::listener_walk::ListenerWalk;
 use super::near_casts::NearCasts;
 use super::rest::SourceRest;
 use crate::propagation::diffraction::{LastSearch, NearEdges};
@@ -30,6 +31,7 @@ impl SourceTask {
             near_casts: NearCasts::default(),
             missing_rotations: 0,
             late: LateEstimator::default(),
+            walk: ListenerWalk::default(),
             cache: ValidCache::with_capacity(settings.cache_capacity),
             occluders: OccluderCache::default(),
             rotation: None,
