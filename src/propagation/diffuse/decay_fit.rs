@@ -306,55 +306,35 @@ fn slow_slope(energy: &[BandArray], band: usize) -> Option<f64> {
         let below = to_come.iter().position(|energy| *energy < share * all);
         below.unwrap_or(to_come.len())
     });
-    Line::through(&to_come[from..to]).map(|line| line.fall)
+    fall_of(&to_come[from..to])
 }
 
-/// Energy that arrives after a course that goes on as its second half falls.
+/// Energy that arrives after a course that goes on from its last quarter as its second half falls.
 fn energy_after(course: &[f64]) -> f64 {
-    let second_half = &course[course.len() / 2..];
-    let Some(line) = Line::through(second_half) else {
+    let Some(line_fall) = fall_of(&course[course.len() / 2..]) else {
         return 0.0;
     };
     // Where the course falls by less, the slow decay is not fitted.
     let least = f64::from(FITTED_FROM_DB) * NEPERS_OF_60_DB / 60.0 / course.len() as f64;
-    let fall = line.fall.max(least);
-    let first_after = line.at(second_half.len());
-    first_after / (1.0 - (-fall).exp())
+    let quarter = &course[course.len() - course.len() / 4..];
+    let nepers = line_fall.max(least) * quarter.len() as f64;
+    quarter.iter().sum::<f64>() / nepers.exp_m1()
 }
 
-/// A least-squares line through the logarithm of an energy.
-struct Line {
-    /// Nepers per time step.
-    fall: f64,
-    /// Mean time step, and mean of the logarithm.
-    middle: f64,
-    mean: f64,
-}
-
-impl Line {
-    fn through(energy: &[f64]) -> Option<Self> {
-        let (mut n, mut t, mut tt, mut y, mut ty) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        for (step, energy) in energy.iter().enumerate() {
-            if *energy > 0.0 {
-                let (at, nepers) = (step as f64, energy.ln());
-                n += 1.0;
-                t += at;
-                tt += at * at;
-                y += nepers;
-                ty += at * nepers;
-            }
+/// Fall of a least-squares line through the logarithm in nepers per time step.
+fn fall_of(energy: &[f64]) -> Option<f64> {
+    let (mut n, mut t, mut tt, mut y, mut ty) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (step, energy) in energy.iter().enumerate() {
+        if *energy > 0.0 {
+            let (at, nepers) = (step as f64, energy.ln());
+            n += 1.0;
+            t += at;
+            tt += at * at;
+            y += nepers;
+            ty += at * nepers;
         }
-        (n > 2.0).then(|| Self {
-            fall: ((t * y - n * ty) / (n * tt - t * t)).max(0.0),
-            middle: t / n,
-            mean: y / n,
-        })
     }
-
-    /// Energy in a time step.
-    fn at(&self, step: usize) -> f64 {
-        (self.mean - self.fall * (step as f64 - self.middle)).exp()
-    }
+    (n > 2.0).then(|| ((t * y - n * ty) / (n * tt - t * t)).max(0.0))
 }
 
 #[cfg(test)]
