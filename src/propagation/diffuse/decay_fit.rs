@@ -26,7 +26,7 @@ pub(crate) const FITTED_FROM_DB: f32 = 20.0;
 /// Time steps at the start and end of the course that the fall is taken between.
 const FALL_STEPS: usize = 10;
 
-/// Shares of the energy, those that are still to come where the fit of the slow decay begins and ends: −10 and −40 dB.
+/// Shares of all energy that are still to come where the fit of the slow decay begins and ends: −10 and −40 dB.
 const SLOW_FIT: [f64; 2] = [1e-1, 1e-4];
 
 /// Ratio of the decay rates, in octaves, up to which they are one and from which on they are two.
