@@ -10,7 +10,10 @@ use crate::acoustics::{BANDS, BandArray, smoothstep};
 use crate::propagation::amplitude::{apply_directivity, free_field};
 use crate::propagation::diffraction::complex::{Complex, ComplexBands};
 use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
-use crate::propagation::diffraction::ranked_list::{rank_weight, rank_weight_in_light};
+use crate::propagation::diffraction::open_legs::open_share;
+use crate::propagation::diffraction::ranked_list::{
+    insert_ranked, rank_weight, rank_weight_in_light,
+};
 use crate::propagation::diffraction::two_edge_path::{self, TwoEdgePath};
 use crate::propagation::diffraction::wedge_geometry::{WedgeAngles, on_side};
 use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
@@ -34,8 +37,12 @@ const SEPARATE_PHASE: f64 = 2.0 * PI;
 const MASKED_DETOUR_M: f64 = 5e-3;
 
 /// Detour over the nearest edge in metres, times `Scene::length_scale`, up to which waves over other edges are part of that path
-/// in the shadow, as they are part of the direct path in the light.
+/// in the shadow, as they are part of the direct path in the light. In the light also the detour over another edge up to which a leg
+/// of a wave is nearly hidden by it ([`open_share`]): 1 to 10 cm beside the leg.
 const JOINED_DETOUR_M: f64 = 5e-4;
+
+/// Energy of a wave relative to the straight path's up to which it ends whole where another edge hides it: −30 dB.
+const LEAST_FADED: f64 = 1e-3;
 
 /// Edges of the direct field, shortest path first.
 #[derive(Debug, Clone, Copy, Default)]
@@ -148,6 +155,8 @@ pub struct DirectField {
     /// Amplitude factor of paths over two edges: 1 in the shadow and at its boundary, and beside it falling to 0, where the
     /// direct path masks them.
     pub two_edge_share: f32,
+    /// Energy of the quietest of [`MAX_DIRECT_EDGES`] edges relative to the straight path's; 0 of fewer.
+    pub least_energy: f64,
 }
 
 impl Default for DirectField {
@@ -160,6 +169,7 @@ impl Default for DirectField {
             waves: 0,
             through: [1.0; BANDS],
             two_edge_share: 0.0,
+            least_energy: 0.0,
         }
     }
 }
@@ -254,52 +264,75 @@ pub(super) fn face_share(incident: Complex, reflected: Complex) -> f64 {
     incident + (1.0 - incident) * (1.0 - nearness(reflected))
 }
 
-/// The loudest fields in the order in which they come.
-struct Loudest {
-    fields: [Option<FirstOrderField>; MAX_DIRECT_EDGES],
-    energies: [f64; MAX_DIRECT_EDGES],
+/// Audible fields in the order in which they come, and their energies.
+struct AudibleFields {
+    fields: [Option<FirstOrderField>; MAX_SEEN_EDGES],
+    energies: [f64; MAX_SEEN_EDGES],
     count: usize,
 }
 
-impl Loudest {
+impl AudibleFields {
     fn new() -> Self {
         Self {
-            fields: [const { None }; MAX_DIRECT_EDGES],
-            energies: [0.0; MAX_DIRECT_EDGES],
+            fields: [const { None }; MAX_SEEN_EDGES],
+            energies: [0.0; MAX_SEEN_EDGES],
             count: 0,
         }
     }
 
-    /// The fields and their energies.
-    fn fields(&self) -> impl Iterator<Item = (&FirstOrderField, f64)> {
-        self.fields.iter().flatten().zip(self.energies)
-    }
-
-    /// Energy of the quietest of a full list, otherwise 0.
-    fn least_energy(&self) -> f64 {
-        match self.count == MAX_DIRECT_EDGES {
-            true => self.energies.iter().copied().fold(f64::MAX, f64::min),
-            false => 0.0,
-        }
-    }
-
-    /// Adds a field; of too many the quietest is left out, so that lists of neighbouring listeners differ little.
     fn push(&mut self, field: FirstOrderField, energy: f64) {
-        if self.count < MAX_DIRECT_EDGES {
-            self.fields[self.count] = Some(field);
+        if let Some(free) = self.fields.get_mut(self.count) {
+            *free = Some(field);
             self.energies[self.count] = energy;
             self.count += 1;
-            return;
         }
-        let ranked = self.energies.iter().enumerate();
-        let quietest = ranked.min_by(|a, b| a.1.total_cmp(b.1));
-        let Some((index, _)) = quietest.filter(|(_, least)| **least < energy) else {
-            return;
-        };
-        self.fields[index..].rotate_left(1);
-        self.energies[index..].rotate_left(1);
-        self.fields[MAX_DIRECT_EDGES - 1] = Some(field);
-        self.energies[MAX_DIRECT_EDGES - 1] = energy;
+    }
+
+    fn iter(&self) -> impl Iterator<Item = (&FirstOrderField, f64)> {
+        let each = self.fields.iter().zip(self.energies);
+        each.filter_map(|(field, energy)| Some((field.as_ref()?, energy)))
+    }
+
+    /// Multiplies fields by a factor of at most 1, the loudest first, as long as they may be among the loudest
+    /// [`MAX_DIRECT_EDGES`].
+    fn fade_loudest(&mut self, factor: impl Fn(&FirstOrderPath) -> f64) {
+        let mut faded = [None; MAX_DIRECT_EDGES];
+        let mut left = self.energies;
+        for _ in 0..self.count {
+            let ranked = left[..self.count].iter().enumerate();
+            let loudest = ranked.max_by(|a, b| a.1.total_cmp(b.1));
+            let Some((index, &energy)) = loudest.filter(|loudest| *loudest.1 > LEAST_FADED) else {
+                return;
+            };
+            if faded[MAX_DIRECT_EDGES - 1].is_some_and(|least| energy <= least) {
+                return;
+            }
+            left[index] = 0.0;
+            let Some(field) = &mut self.fields[index] else {
+                continue;
+            };
+            let factor = factor(&field.path);
+            field.incident = field.incident.map(|wave| wave * factor);
+            field.reflected = field.reflected.map(|wave| wave * factor);
+            self.energies[index] = energy * factor * factor;
+            insert_ranked(&mut faded, self.energies[index], |least| {
+                *least >= energy * factor * factor
+            });
+        }
+    }
+
+    /// Leaves out all but the loudest [`MAX_DIRECT_EDGES`], so that lists of neighbouring listeners differ little. Returns the energy
+    /// of the quietest of a full list, otherwise 0.
+    fn keep_loudest(&mut self) -> f64 {
+        let mut order: [usize; MAX_SEEN_EDGES] = std::array::from_fn(|index| index);
+        let order = &mut order[..self.count];
+        let energies = &self.energies;
+        order.sort_unstable_by(|&a, &b| energies[b].total_cmp(&energies[a]).then(a.cmp(&b)));
+        for quiet in order.iter().skip(MAX_DIRECT_EDGES) {
+            self.fields[*quiet] = None;
+        }
+        let last = order.get(MAX_DIRECT_EDGES - 1);
+        last.map_or(0.0, |last| energies[*last])
     }
 }
 
@@ -370,7 +403,7 @@ fn along_faces(
 pub fn direct_field(
     scene: &Scene,
     endpoints: &Endpoints,
-    edges: impl Iterator<Item = (u32, f64)>,
+    edges: impl Iterator<Item = (u32, f64)> + Clone,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
 ) -> DirectField {
@@ -410,10 +443,10 @@ pub fn direct_field(
     let wavenumbers = edge_wave::wavenumbers(scene);
     let mut gain = [if merges { Complex::ONE } else { Complex::ZERO }; BANDS];
     // Made for the first wave: far from edges clearing it is a third of the work.
-    let mut loudest: Option<Loudest> = None;
+    let mut audible: Option<AudibleFields> = None;
     let masked_m = MASKED_DETOUR_M * scene.length_scale();
     let mut nearest = (f64::INFINITY, u32::MAX);
-    for (edge, share) in edges {
+    for (edge, share) in edges.clone() {
         let Some(path) = FirstOrderPath::over(scene, endpoints, (edge, share)) else {
             continue;
         };
@@ -426,27 +459,43 @@ pub fn direct_field(
         let field = path.field(scene, endpoints, result.visible);
         result.waves += 1;
         if field.is_audible(spreading) {
-            let energy = field.energy(spreading);
             if field.path.detour_m < nearest.0 {
                 nearest = (field.path.detour_m, edge);
             }
-            loudest.get_or_insert_with(Loudest::new).push(field, energy);
+            let energy = field.energy(spreading);
+            let audible = audible.get_or_insert_with(AudibleFields::new);
+            audible.push(field, energy);
         }
     }
     result.two_edge_share = match result.visible {
         true => (1.0 - smoothstep(nearest.0 / masked_m)) as f32,
         false => 1.0,
     };
-    let mut fields = loudest.iter().flat_map(Loudest::fields);
+    let shadow_share = f64::from(result.two_edge_share);
     let joined_m = JOINED_DETOUR_M * scene.length_scale();
+    let mut least = 0.0;
+    if let Some(audible) = &mut audible {
+        if shadow_share < 1.0 {
+            audible.fade_loudest(|path| {
+                let over = (path.edge, path.crossing.apex);
+                let ends = local_positions(scene, endpoints).into();
+                let listed = edges.clone().map(|(edge, _)| edge);
+                // Over an edge that touches a leg the path is no longer.
+                let nearer = listed.take_while(|edge| *edge != path.edge);
+                let open = open_share(scene, over, ends, nearer, joined_m);
+                shadow_share + (1.0 - shadow_share) * open
+            });
+        }
+        least = audible.keep_loudest();
+    }
+    result.least_energy = least;
+    let mut fields = audible.iter().flat_map(AudibleFields::iter);
     let nearness = match !result.visible && fields.any(|(field, _)| field.path.edge == nearest.1) {
         true => 1.0 - smoothstep(nearest.0 / joined_m),
         false => 0.0,
     };
     let mut beside_boundary: Option<([Complex; BANDS], EdgeCrossing, f64)> = None;
-    let least = loudest.as_ref().map_or(0.0, Loudest::least_energy);
-    for (field, energy) in loudest.iter().flat_map(Loudest::fields) {
-        let shadow_share = f64::from(result.two_edge_share);
+    for (field, energy) in audible.iter().flat_map(AudibleFields::iter) {
         let weight = shadow_share * rank_weight(energy, least)
             + (1.0 - shadow_share) * rank_weight_in_light(energy, least);
         let edge = field.path.edge;

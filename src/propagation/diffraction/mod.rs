@@ -26,6 +26,7 @@ pub mod first_order;
 pub mod lit_reflection;
 pub mod moving_edge_pairs;
 mod near_list;
+mod open_legs;
 mod ranked_list;
 pub mod reflection_edges;
 pub mod revalidate;
@@ -122,6 +123,7 @@ pub fn update(
         visible,
         edges,
         two_edge_share,
+        least_energy,
         ..
     } = sized_field(scene, endpoints, edges_with_shares, rays, emit);
     let mut result = NearEdges {
@@ -166,6 +168,7 @@ pub fn update(
             endpoints,
             (&near, &result.direct, &result.limits),
             &mut last.pairs,
+            least_energy,
             rays,
             &mut |mut path| {
                 path.amplitude = path.amplitude.map(|value| value * two_edge_share);

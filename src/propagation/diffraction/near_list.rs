@@ -14,7 +14,7 @@ use crate::scene::edges::Edge;
 const FADED_SHARE: f64 = 0.25;
 
 /// Least share that counts: that of the last edge, which is 0 but for rounding, is none.
-const LEAST_SHARE: f64 = 1e-3;
+pub(super) const LEAST_SHARE: f64 = 1e-3;
 
 /// Amplitude factor of a path by its detour over an edge in metres, in a list that ends at a longest detour.
 pub(super) fn list_share(detour_m: f64, longest_m: f64) -> f64 {

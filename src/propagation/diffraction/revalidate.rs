@@ -120,7 +120,8 @@ impl DiffractionPath {
                 let share = near_list::two_edge_share(scene, path.edges(), [from, to], limits);
                 let (path, energy) = path.path(scene, endpoints)?;
                 let listed = (path.scaled(share as f32), energy * share * share);
-                (share > 0.0).then(|| second_order::ranked(listed, limits.two_edge_floor))
+                let ranked = second_order::ranked(listed, limits.two_edge_floor);
+                ranked.filter(|_| share > 0.0)
             }
         }
     }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::propagation::diffraction::edge_wave::local_positions;
 use crate::propagation::diffraction::first_order::DirectEdges;
-use crate::propagation::diffraction::near_list::{nearest_point, two_edge_share};
+use crate::propagation::diffraction::near_list::{LEAST_SHARE, nearest_point, two_edge_share};
 use crate::propagation::diffraction::ranked_list::{insert_ranked, rank_weight};
 use crate::propagation::diffraction::two_edge_path::{
     TwoEdgePath, bound_narrow_face, insert_shortest, meet_at_corner,
@@ -30,6 +30,10 @@ pub(super) const MAX_PAIRED_APART: usize = 16;
 /// Relative error of the lengths by which near edges are ranked, far above it: they exceed those of their paths by a millionth at
 /// corners.
 const RANK_ROUNDING: f64 = 1e-5;
+
+/// Energy of the path over two edges that continues a wave over one, relative to that wave's, where the second edge begins to hide it:
+/// half of its amplitude.
+const HIDDEN_ENERGY: f64 = 0.25;
 
 /// Pairs of edges in the order in which sound crosses them.
 #[derive(Debug, Clone, Copy)]
@@ -82,14 +86,15 @@ struct Search<'a> {
 
 /// Emits the loudest paths over two edges, [`MAX_TWO_EDGE_PATHS`] at most. One edge is of `near` and the other its neighbour or of
 /// `near` too, or one belongs to an instance ([`moving_edge_pairs`]). Paths that waves over one of the `direct` edges include are
-/// left out. Returns the energy of the loudest one that is left out of the list, which the others fade towards (`ranked_list.rs`).
-/// Adds the rays cast to `rays`. `known` holds the pairs of an earlier call and is renewed; it shortens the search and does not
-/// change the result.
+/// left out. Returns the energy that they fade towards (`ranked_list.rs`): that of the loudest one that is left out of the list, or
+/// of the path that continues the wave of `least_energy` over one edge, where that is more. Adds the rays cast to `rays`. `known` holds
+/// the pairs of an earlier call and is renewed; it shortens the search and does not change the result.
 pub fn find(
     scene: &Scene,
     endpoints: &Endpoints,
     (near, direct, limits): (&DiffractingEdges, &DirectEdges, &EdgeLimits),
     known: &mut KnownPairs,
+    least_energy: f64,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
 ) -> f64 {
@@ -111,7 +116,7 @@ pub fn find(
         .has_instances()
         .then(|| moving_edge_pairs::shortest(scene, endpoints));
     let mut loudest: [Option<(Path, f64)>; MAX_TWO_EDGE_PATHS] = [None; MAX_TWO_EDGE_PATHS];
-    let mut floor: f64 = 0.0;
+    let mut floor = HIDDEN_ENERGY * least_energy;
     let listed = |candidate: &TwoEdgePath| {
         let share = two_edge_share(scene, candidate.edges(), [from, to], limits);
         let (path, energy) = candidate.path(scene, endpoints)?;
@@ -127,16 +132,17 @@ pub fn find(
         }
     }
     for path in loudest.into_iter().flatten() {
-        emit(ranked(path, floor));
+        if let Some(path) = ranked(path, floor) {
+            emit(path);
+        }
     }
     floor
 }
 
-/// A path with its weight in a list of the loudest, of which the loudest that is left out has the energy `floor`.
-pub(super) fn ranked((mut path, energy): (Path, f64), floor: f64) -> Path {
-    let weight = rank_weight(energy, floor) as f32;
-    path.amplitude = path.amplitude.map(|value| value * weight);
-    path
+/// A path with its weight in a list of the loudest that ends at the energy `floor`, if it has one.
+pub(super) fn ranked((path, energy): (Path, f64), floor: f64) -> Option<Path> {
+    let weight = rank_weight(energy, floor);
+    (weight > LEAST_SHARE).then(|| path.scaled(weight as f32))
 }
 
 impl Search<'_> {

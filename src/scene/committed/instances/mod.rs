@@ -13,6 +13,7 @@
 mod changes;
 mod continued;
 mod continued_queries;
+mod edge_queries;
 mod joined;
 mod joint;
 mod materials;
