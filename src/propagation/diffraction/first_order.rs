@@ -11,9 +11,7 @@ use crate::propagation::amplitude::{apply_directivity, free_field};
 use crate::propagation::diffraction::complex::{Complex, ComplexBands};
 use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
 use crate::propagation::diffraction::open_legs::open_share;
-use crate::propagation::diffraction::ranked_list::{
-    insert_ranked, rank_weight, rank_weight_in_light,
-};
+use crate::propagation::diffraction::ranked_list::{rank_weight, rank_weight_in_light};
 use crate::propagation::diffraction::two_edge_path::{self, TwoEdgePath};
 use crate::propagation::diffraction::wedge_geometry::{WedgeAngles, on_side};
 use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
@@ -264,75 +262,52 @@ pub(super) fn face_share(incident: Complex, reflected: Complex) -> f64 {
     incident + (1.0 - incident) * (1.0 - nearness(reflected))
 }
 
-/// Audible fields in the order in which they come, and their energies.
-struct AudibleFields {
-    fields: [Option<FirstOrderField>; MAX_SEEN_EDGES],
-    energies: [f64; MAX_SEEN_EDGES],
+/// The loudest fields in the order in which they come.
+struct Loudest {
+    fields: [Option<FirstOrderField>; MAX_DIRECT_EDGES],
+    energies: [f64; MAX_DIRECT_EDGES],
     count: usize,
 }
 
-impl AudibleFields {
+impl Loudest {
     fn new() -> Self {
         Self {
-            fields: [const { None }; MAX_SEEN_EDGES],
-            energies: [0.0; MAX_SEEN_EDGES],
+            fields: [const { None }; MAX_DIRECT_EDGES],
+            energies: [0.0; MAX_DIRECT_EDGES],
             count: 0,
         }
     }
 
+    /// The fields and their energies.
+    fn fields(&self) -> impl Iterator<Item = (&FirstOrderField, f64)> {
+        self.fields.iter().flatten().zip(self.energies)
+    }
+
+    /// Energy of the quietest of a full list, otherwise 0.
+    fn least_energy(&self) -> f64 {
+        match self.count == MAX_DIRECT_EDGES {
+            true => self.energies.iter().copied().fold(f64::MAX, f64::min),
+            false => 0.0,
+        }
+    }
+
+    /// Adds a field; of too many the quietest is left out, so that lists of neighbouring listeners differ little.
     fn push(&mut self, field: FirstOrderField, energy: f64) {
-        if let Some(free) = self.fields.get_mut(self.count) {
-            *free = Some(field);
+        if self.count < MAX_DIRECT_EDGES {
+            self.fields[self.count] = Some(field);
             self.energies[self.count] = energy;
             self.count += 1;
+            return;
         }
-    }
-
-    fn iter(&self) -> impl Iterator<Item = (&FirstOrderField, f64)> {
-        let each = self.fields.iter().zip(self.energies);
-        each.filter_map(|(field, energy)| Some((field.as_ref()?, energy)))
-    }
-
-    /// Multiplies fields by a factor of at most 1, the loudest first, as long as they may be among the loudest
-    /// [`MAX_DIRECT_EDGES`].
-    fn fade_loudest(&mut self, factor: impl Fn(&FirstOrderPath) -> f64) {
-        let mut faded = [None; MAX_DIRECT_EDGES];
-        let mut left = self.energies;
-        for _ in 0..self.count {
-            let ranked = left[..self.count].iter().enumerate();
-            let loudest = ranked.max_by(|a, b| a.1.total_cmp(b.1));
-            let Some((index, &energy)) = loudest.filter(|loudest| *loudest.1 > LEAST_FADED) else {
-                return;
-            };
-            if faded[MAX_DIRECT_EDGES - 1].is_some_and(|least| energy <= least) {
-                return;
-            }
-            left[index] = 0.0;
-            let Some(field) = &mut self.fields[index] else {
-                continue;
-            };
-            let factor = factor(&field.path);
-            field.incident = field.incident.map(|wave| wave * factor);
-            field.reflected = field.reflected.map(|wave| wave * factor);
-            self.energies[index] = energy * factor * factor;
-            insert_ranked(&mut faded, self.energies[index], |least| {
-                *least >= energy * factor * factor
-            });
-        }
-    }
-
-    /// Leaves out all but the loudest [`MAX_DIRECT_EDGES`], so that lists of neighbouring listeners differ little. Returns the energy
-    /// of the quietest of a full list, otherwise 0.
-    fn keep_loudest(&mut self) -> f64 {
-        let mut order: [usize; MAX_SEEN_EDGES] = std::array::from_fn(|index| index);
-        let order = &mut order[..self.count];
-        let energies = &self.energies;
-        order.sort_unstable_by(|&a, &b| energies[b].total_cmp(&energies[a]).then(a.cmp(&b)));
-        for quiet in order.iter().skip(MAX_DIRECT_EDGES) {
-            self.fields[*quiet] = None;
-        }
-        let last = order.get(MAX_DIRECT_EDGES - 1);
-        last.map_or(0.0, |last| energies[*last])
+        let ranked = self.energies.iter().enumerate();
+        let quietest = ranked.min_by(|a, b| a.1.total_cmp(b.1));
+        let Some((index, _)) = quietest.filter(|(_, least)| **least < energy) else {
+            return;
+        };
+        self.fields[index..].rotate_left(1);
+        self.energies[index..].rotate_left(1);
+        self.fields[MAX_DIRECT_EDGES - 1] = Some(field);
+        self.energies[MAX_DIRECT_EDGES - 1] = energy;
     }
 }
 
@@ -341,6 +316,11 @@ impl FirstOrderField {
     fn energy(&self, spreading: f64) -> f64 {
         let amplitude = |b: usize| (self.incident[b].abs() + self.reflected[b].abs()) * spreading;
         (0..BANDS).map(|b| amplitude(b).powi(2)).sum()
+    }
+
+    fn scale(&mut self, factor: f64) {
+        self.incident = self.incident.map(|wave| wave * factor);
+        self.reflected = self.reflected.map(|wave| wave * factor);
     }
 
     fn is_audible(&self, spreading: f64) -> bool {
@@ -443,10 +423,16 @@ pub fn direct_field(
     let wavenumbers = edge_wave::wavenumbers(scene);
     let mut gain = [if merges { Complex::ONE } else { Complex::ZERO }; BANDS];
     // Made for the first wave: far from edges clearing it is a third of the work.
-    let mut audible: Option<AudibleFields> = None;
+    let mut loudest: Option<Loudest> = None;
+    let joined_m = JOINED_DETOUR_M * scene.length_scale();
     let masked_m = MASKED_DETOUR_M * scene.length_scale();
+    let is_lit = result.visible;
+    let shadow_share = |nearest_m: f64| match is_lit {
+        true => 1.0 - smoothstep(nearest_m / masked_m),
+        false => 1.0,
+    };
     let mut nearest = (f64::INFINITY, u32::MAX);
-    for (edge, share) in edges.clone() {
+    for (index, (edge, share)) in edges.clone().enumerate() {
         let Some(path) = FirstOrderPath::over(scene, endpoints, (edge, share)) else {
             continue;
         };
@@ -456,46 +442,40 @@ pub fn direct_field(
         }
         result.seen.push(edge);
         let spreading = spreading(straight_m, path.crossing.length_m(), min_distance_m);
-        let field = path.field(scene, endpoints, result.visible);
+        let mut field = path.field(scene, endpoints, result.visible);
         result.waves += 1;
-        if field.is_audible(spreading) {
-            if field.path.detour_m < nearest.0 {
-                nearest = (field.path.detour_m, edge);
-            }
-            let energy = field.energy(spreading);
-            let audible = audible.get_or_insert_with(AudibleFields::new);
-            audible.push(field, energy);
+        if !field.is_audible(spreading) {
+            continue;
         }
+        if field.path.detour_m < nearest.0 {
+            nearest = (field.path.detour_m, edge);
+        }
+        let loudest = loudest.get_or_insert_with(Loudest::new);
+        let mut energy = field.energy(spreading);
+        let shadow_share = shadow_share(nearest.0);
+        if shadow_share < 1.0 && energy > loudest.least_energy().max(LEAST_FADED) {
+            let over = (edge, field.path.crossing.apex);
+            let ends = local_positions(scene, endpoints).into();
+            // Over an edge that touches a leg the path is no longer.
+            let nearer = edges.clone().take(index).map(|(edge, _)| edge);
+            let open = open_share(scene, over, ends, nearer, joined_m);
+            let factor = shadow_share + (1.0 - shadow_share) * open;
+            field.scale(factor);
+            energy *= factor * factor;
+        }
+        loudest.push(field, energy);
     }
-    result.two_edge_share = match result.visible {
-        true => (1.0 - smoothstep(nearest.0 / masked_m)) as f32,
-        false => 1.0,
-    };
+    result.two_edge_share = shadow_share(nearest.0) as f32;
     let shadow_share = f64::from(result.two_edge_share);
-    let joined_m = JOINED_DETOUR_M * scene.length_scale();
-    let mut least = 0.0;
-    if let Some(audible) = &mut audible {
-        if shadow_share < 1.0 {
-            audible.fade_loudest(|path| {
-                let over = (path.edge, path.crossing.apex);
-                let ends = local_positions(scene, endpoints).into();
-                let listed = edges.clone().map(|(edge, _)| edge);
-                // Over an edge that touches a leg the path is no longer.
-                let nearer = listed.take_while(|edge| *edge != path.edge);
-                let open = open_share(scene, over, ends, nearer, joined_m);
-                shadow_share + (1.0 - shadow_share) * open
-            });
-        }
-        least = audible.keep_loudest();
-    }
+    let least = loudest.as_ref().map_or(0.0, Loudest::least_energy);
     result.least_energy = least;
-    let mut fields = audible.iter().flat_map(AudibleFields::iter);
+    let mut fields = loudest.iter().flat_map(Loudest::fields);
     let nearness = match !result.visible && fields.any(|(field, _)| field.path.edge == nearest.1) {
         true => 1.0 - smoothstep(nearest.0 / joined_m),
         false => 0.0,
     };
     let mut beside_boundary: Option<([Complex; BANDS], EdgeCrossing, f64)> = None;
-    for (field, energy) in audible.iter().flat_map(AudibleFields::iter) {
+    for (field, energy) in loudest.iter().flat_map(Loudest::fields) {
         let weight = shadow_share * rank_weight(energy, least)
             + (1.0 - shadow_share) * rank_weight_in_light(energy, least);
         let edge = field.path.edge;

@@ -20,20 +20,20 @@ pub(super) fn open_share(
     others: impl Iterator<Item = u32>,
     hidden_m: f64,
 ) -> f64 {
-    let own = scene.edge(edge);
     let legs = ends.map(|end| Leg::between(apex, end, hidden_m));
     let others = scene.edge_neighbours(edge).chain(others);
     let mut least_m = hidden_m;
     for other in others.filter(|&other| other != edge) {
-        let line = scene.edge_line(other);
+        let [origin, direction] = scene.edge_line(other);
+        let moment = (origin - apex).cross(direction);
         for leg in &legs {
-            if leg.is_far_from(line) {
+            if leg.is_far_from(direction, moment) {
                 continue;
             }
             let other = scene.edge(other);
             let detour_m = leg.detour_m(&other);
             // Edges that meet at a corner hide no leg of each other.
-            if detour_m < least_m && !meet_at_corner([&own, &other]) {
+            if detour_m < least_m && !meet_at_corner([&scene.edge(edge), &other]) {
                 least_m = detour_m;
             }
         }
@@ -45,26 +45,40 @@ pub(super) fn open_share(
 struct Leg {
     apex: DVec3,
     end: DVec3,
+    /// From the apex to the end.
+    vector: DVec3,
+    length_m: f64,
     /// Squared distance of an edge's line in square metres beyond which the detour over it is too long.
     far_m2: f64,
 }
 
 impl Leg {
     fn between(apex: DVec3, end: DVec3, hidden_m: f64) -> Self {
-        // The points of a longest detour are farthest from the leg at its middle.
-        let far_m2 = 0.25 * hidden_m * (2.0 * apex.distance(end) + hidden_m);
-        Self { apex, end, far_m2 }
+        let vector = end - apex;
+        let length_m = vector.length();
+        Self {
+            apex,
+            end,
+            vector,
+            length_m,
+            // The points of a longest detour are farthest from the leg at its middle.
+            far_m2: 0.25 * hidden_m * (2.0 * length_m + hidden_m),
+        }
     }
 
-    /// Whether a line is too far for a detour that counts.
-    fn is_far_from(&self, [origin, direction]: [DVec3; 2]) -> bool {
-        let across = direction.cross(self.end - self.apex);
-        let off = (origin - self.apex).dot(across);
-        off * off > self.far_m2 * across.length_squared()
+    /// Whether a line is too far for a detour that counts. `moment` is the vector from the apex to a point of the line times its
+    /// direction.
+    #[inline]
+    fn is_far_from(&self, direction: DVec3, moment: DVec3) -> bool {
+        // The distance of two lines is the volume that their directions and a vector between them span, over the area of both
+        // directions.
+        let volume = moment.dot(self.vector);
+        let along = direction.dot(self.vector);
+        volume * volume > self.far_m2 * (self.length_m * self.length_m - along * along)
     }
 
     fn detour_m(&self, edge: &Edge) -> f64 {
         let at = nearest_point(edge, self.apex, self.end);
-        self.apex.distance(at) + at.distance(self.end) - self.apex.distance(self.end)
+        self.apex.distance(at) + at.distance(self.end) - self.length_m
     }
 }

@@ -32,6 +32,7 @@ impl Scene {
     }
 
     /// A point of an edge's line and its direction ([`Edge::origin`], [`Edge::direction`]), without the rest of its geometry.
+    #[inline]
     pub(crate) fn edge_line(&self, index: u32) -> [DVec3; 2] {
         self.part_of_edge(index, |edge| [edge.origin, edge.direction])
     }
