@@ -314,6 +314,13 @@ impl Reach {
             let share = rays_m / (sums.rays * (end_m - start_m)).max(1e-6);
             *open = 1.0 / share.max(1.0 / MOST_OF_MISSING);
         }
+        let share = |part: f32, whole: f32| match whole > 0.0 {
+            true => (part / whole).min(1.0),
+            false => 0.0,
+        };
+        let leaving = all.unwrap_or(leaving);
+        // Of open ground there may be no other share: no specular leg meets anything.
+        reach.share_open = std::array::from_fn(|b| share(missing[b], leaving[b]));
         let total_m: f32 = legs.iter().sum();
         if total_m <= 0.0 {
             return reach;
@@ -342,13 +349,7 @@ impl Reach {
             }
             reach.along[first..span].fill(legs_m / (by_law_m * total_m));
         }
-        let share = |part: f32, whole: f32| match whole > 0.0 {
-            true => (part / whole).min(1.0),
-            false => 0.0,
-        };
-        let leaving = all.unwrap_or(leaving);
         reach.share_along = std::array::from_fn(|b| share(heard[b], leaving[b]));
-        reach.share_open = std::array::from_fn(|b| share(missing[b], leaving[b]));
         reach
     }
 }
@@ -482,6 +483,18 @@ mod tests {
             [0, 1, 2].map(|index| legs.share(index)),
             [0.625, 0.375, 0.0]
         );
+    }
+
+    /// Without specular legs that meet something the share of those that meet nothing was not computed.
+    #[test]
+    fn open_ground_has_its_share_of_what_leaves_the_scene() {
+        let mut legs = SpecularLegs::default();
+        legs.begin(1, 0, 2.0);
+        legs.add_ray(0, None);
+        legs.add_leg(at(0.0), None, [&[0.9; BANDS]; 2]);
+        legs.add_leaving(at(0.0), &[0.1; BANDS]);
+        finish(&mut legs, 0.0, vec![]);
+        assert!((legs.reach[0].share_open[0] - 0.9).abs() < 1e-4);
     }
 
     #[test]
