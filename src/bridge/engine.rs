@@ -253,8 +253,8 @@ pub struct EngineControl {
 /// header.
 ///
 /// # Errors
-/// `Status::Version` for another major version; `Status::BadArgument` names an option out of range, `Status::Format` for an invalid HRTF set, `Status::State` if
-/// no thread can be started, `Status::Full`.
+/// `Status::Version` for another major version; `Status::BadArgument` names an option out of range, `Status::Format` for an
+/// invalid HRTF set, `Status::State` if no thread can be started, `Status::Full`.
 pub fn create(
     api_version: u32,
     options: &Options,

@@ -47,8 +47,8 @@ macro_rules! shared_functions {
             safe fn foresound_engine_set_scene(engine: Handle, scene: Handle) { engine::set_scene(engine, scene) }
 
             /// Gives all surfaces of a material's name, in the scene and in instances, other properties from the next tick on;
-            /// audible with the next update. Another scene has its own. `material`: null for a surface that reflects
-            /// everything. Fails with FORESOUND_STATUS_BAD_ARGUMENT for a name that no surface has. Control thread.
+            /// audible with the next update. Another scene has its own, and so has an instance that is added later. `material`: null
+            /// for a surface that reflects everything. Fails with FORESOUND_STATUS_BAD_ARGUMENT for a name that no surface has. Control thread.
             unsafe fn foresound_engine_set_material(engine: Handle, name: Text, material: In<MaterialOptions>) {
                 ENGINES.with(engine, |engine| engine.set_material(&name, &material))
             }

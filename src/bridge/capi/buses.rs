@@ -10,11 +10,11 @@ use crate::bridge::source_buses;
 /// Most frames of a block.
 const MAX_FRAMES: usize = 4096;
 
-/// Begins a block of `frames` audio frames, 1 to the option `block_frames` (else FORESOUND_STATUS_BAD_ARGUMENT), whose sources are rendered apart: for a game with a
-/// mixer of its own, in place of foresound_render. Then call foresound_render_source for each source and
-/// foresound_render_reverb once: the sum of their outputs is what foresound_render renders, without its limiter. Needs the option
-/// `source_buses` (else FORESOUND_STATUS_STATE). One thread at a time a renderer. Audio thread: wait-free, without allocation,
-/// without a message.
+/// Begins a block of `frames` audio frames, 1 to the option `block_frames` (else FORESOUND_STATUS_BAD_ARGUMENT), whose sources are
+/// rendered apart: for a game with a mixer of its own, in place of foresound_render. Then call foresound_render_source for each
+/// source and foresound_render_reverb once: the sum of their outputs is what foresound_render renders, without its limiter. Needs
+/// the option `source_buses` (else FORESOUND_STATUS_STATE). One thread at a time a renderer. Audio thread: wait-free, without
+/// allocation, without a message.
 #[unsafe(no_mangle)]
 pub extern "C" fn foresound_render_begin(renderer: u64, frames: usize) -> Status {
     audio_answer(|| source_buses::begin(renderer, frames))
@@ -86,8 +86,9 @@ pub unsafe extern "C" fn foresound_render_reverb(
 }
 
 /// Renders each of several listeners into its own part of `output`, one after the other: `listeners` times `frames` audio frames of
-/// interleaved `channels`, the option `listeners` and the engine's channels (else FORESOUND_STATUS_BAD_ARGUMENT); silence on failure. foresound_render gives their mix,
-/// for listeners at one pair of loudspeakers. `info`: null if unused. Audio thread: as foresound_render.
+/// interleaved `channels`, the option `listeners` and the engine's channels (else FORESOUND_STATUS_BAD_ARGUMENT); silence on
+/// failure. foresound_render gives their mix, for listeners at one pair of loudspeakers. `info`: null if unused. Audio thread: as
+/// foresound_render.
 ///
 /// # Safety
 /// Pointers are null or valid as the header says; `output` has `listeners` x `channels` x `frames` elements.

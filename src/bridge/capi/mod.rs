@@ -1,7 +1,7 @@
 //! The C interface: `include/foresound.h`.
 //!
-//! Most functions are made from the table of [`super::interface`]; those with arrays in the caller's memory are in `arrays` and `buses`. `unsafe` because C passes
-//! pointers: null and alignment are checked, validity is the caller's obligation.
+//! Most functions are made from the table of [`super::interface`]; those with arrays in the caller's memory are in `arrays` and
+//! `buses`. `unsafe` because C passes pointers: null and alignment are checked, validity is the caller's obligation.
 
 mod arrays;
 mod buses;

@@ -9,7 +9,8 @@ use crate::scene::committed::kept_roughness::{mirrored_share, roughened};
 impl Scene {
     /// Gives all surfaces of a material's name, those of instances included, another absorption, scattering and transmission:
     /// a window breaks, a curtain closes. Geometry, paths and their identities stay. Scattering by which a rough surface
-    /// exceeds the smoothest one of its material stays. Control side; allocates.
+    /// exceeds the smoothest one of its material stays. An instance that is added later has the materials of its own commit.
+    /// Control side; allocates.
     ///
     /// # Errors
     /// [`Error::Setting`] for values outside 0 to 1, a transmission above the absorption, and a name that no surface has; the

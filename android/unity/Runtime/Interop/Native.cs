@@ -997,8 +997,8 @@ namespace Foresound.Interop
 
         /// <summary>
         /// Gives all surfaces of a material's name, in the scene and in instances, other properties from the next tick on;
-        /// audible with the next update. Another scene has its own. `material`: null for a surface that reflects
-        /// everything. Fails with FORESOUND_STATUS_BAD_ARGUMENT for a name that no surface has. Control thread.
+        /// audible with the next update. Another scene has its own, and so has an instance that is added later. `material`: null
+        /// for a surface that reflects everything. Fails with FORESOUND_STATUS_BAD_ARGUMENT for a name that no surface has. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_engine_set_material", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status EngineSetMaterial(ulong engine, byte* name, MaterialOptions* material);
@@ -1478,11 +1478,11 @@ namespace Foresound.Interop
         public static extern Status StreamWrite(ulong stream, float* samples, UIntPtr count, UIntPtr* written);
 
         /// <summary>
-        /// Begins a block of `frames` audio frames, 1 to the option `block_frames` (else FORESOUND_STATUS_BAD_ARGUMENT), whose sources are rendered apart: for a game with a
-        /// mixer of its own, in place of foresound_render. Then call foresound_render_source for each source and
-        /// foresound_render_reverb once: the sum of their outputs is what foresound_render renders, without its limiter. Needs the option
-        /// `source_buses` (else FORESOUND_STATUS_STATE). One thread at a time a renderer. Audio thread: wait-free, without allocation,
-        /// without a message.
+        /// Begins a block of `frames` audio frames, 1 to the option `block_frames` (else FORESOUND_STATUS_BAD_ARGUMENT), whose sources are
+        /// rendered apart: for a game with a mixer of its own, in place of foresound_render. Then call foresound_render_source for each
+        /// source and foresound_render_reverb once: the sum of their outputs is what foresound_render renders, without its limiter. Needs
+        /// the option `source_buses` (else FORESOUND_STATUS_STATE). One thread at a time a renderer. Audio thread: wait-free, without
+        /// allocation, without a message.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_render_begin", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status RenderBegin(ulong renderer, UIntPtr frames);
@@ -1517,8 +1517,9 @@ namespace Foresound.Interop
 
         /// <summary>
         /// Renders each of several listeners into its own part of `output`, one after the other: `listeners` times `frames` audio frames of
-        /// interleaved `channels`, the option `listeners` and the engine's channels (else FORESOUND_STATUS_BAD_ARGUMENT); silence on failure. foresound_render gives their mix,
-        /// for listeners at one pair of loudspeakers. `info`: null if unused. Audio thread: as foresound_render.
+        /// interleaved `channels`, the option `listeners` and the engine's channels (else FORESOUND_STATUS_BAD_ARGUMENT); silence on
+        /// failure. foresound_render gives their mix, for listeners at one pair of loudspeakers. `info`: null if unused. Audio thread: as
+        /// foresound_render.
         ///
         /// `output` has `listeners` x `channels` x `frames` elements.
         /// </summary>

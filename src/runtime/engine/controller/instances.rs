@@ -82,7 +82,7 @@ impl Controller {
 
     /// Gives all surfaces of a material's name, in the scene and in instances, another absorption, scattering and transmission
     /// from the next tick on; audible with the next update: a window breaks, a curtain closes. The late reverb follows. Another
-    /// scene has its own materials. Allocates.
+    /// scene has its own materials, and so has an instance that is added later. Allocates.
     ///
     /// # Errors
     /// As [`Scene::set_material`]: the materials stay.

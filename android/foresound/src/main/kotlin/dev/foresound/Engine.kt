@@ -350,7 +350,8 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
 
     /**
      * Gives all surfaces of a material's name, in the scene and in instances, other properties in eight octave bands from the next
-     * tick on: shares of energy, 0 to 1. [absorption] counts what passes through too.
+     * tick on: shares of energy, 0 to 1. [absorption] counts what passes through too. Another scene has its own, and so has an
+     * instance that is added later.
      */
     fun setMaterial(name: String, absorption: FloatArray, scattering: FloatArray, transmission: FloatArray) {
         val bands = listOf(absorption, scattering, transmission)

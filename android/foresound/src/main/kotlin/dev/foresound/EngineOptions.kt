@@ -18,9 +18,9 @@ enum class Predictor(internal val number: Int) {
 /** Cores of the engine's threads. Android advises to leave the choice to the system. */
 enum class Affinity(internal val number: Int) {
     SYSTEM(Native.Affinity.SYSTEM),
-    FASTEST_CORES(Native.Affinity.FASTEST),
+    FASTEST(Native.Affinity.FASTEST),
     /** [EngineOptions.propagationCore] and [EngineOptions.audioCore]. */
-    CHOSEN_CORES(Native.Affinity.CHOSEN),
+    CHOSEN(Native.Affinity.CHOSEN),
 }
 
 /** Channels of the output and their order; see the guide's page on layouts. */
@@ -105,9 +105,9 @@ class EngineOptions @JvmOverloads constructor(
     var maxDelaySeconds: Double? = null,
     /** Whether both ears receive the same signal, without an HRTF set. */
     var withoutHrtf: Boolean = false,
-    /** Core of the propagation thread for [Affinity.CHOSEN_CORES]. */
+    /** Core of the propagation thread for [Affinity.CHOSEN]. */
     var propagationCore: Int = 0,
-    /** Core of the audio thread for [Affinity.CHOSEN_CORES]. */
+    /** Core of the audio thread for [Affinity.CHOSEN]. */
     var audioCore: Int = 0,
     /** Seed of the ray directions. */
     var seed: Int? = null,

@@ -54,7 +54,7 @@ class Benchmark(private val secondsEach: Double, private val touches: () -> Int 
             maxSources = sources,
             blockFrames = FRAMES,
             schedule = schedule,
-            affinity = if (pass.pinned) Affinity.FASTEST_CORES else Affinity.SYSTEM,
+            affinity = if (pass.pinned) Affinity.FASTEST else Affinity.SYSTEM,
         )
         return Engine(options).use { engine ->
             engine.setScene(stage.scene)

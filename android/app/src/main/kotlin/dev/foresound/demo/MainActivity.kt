@@ -85,7 +85,7 @@ class MainActivity : Activity(), Choreographer.FrameCallback {
         val sceneLayout = SceneLayout(withContext(Dispatchers.IO) { assets.open("$name.toml").use { it.reader().readText() } })
         val options = EngineOptions(
             rateHz = focus.rateHz,
-            affinity = if (intent.getStringExtra("affinity") == "fastest") Affinity.FASTEST_CORES else Affinity.SYSTEM,
+            affinity = if (intent.getStringExtra("affinity") == "fastest") Affinity.FASTEST else Affinity.SYSTEM,
             shownPaths = SHOWN_PATHS,
         )
         val made = withContext(Dispatchers.Default) { Engine(options) }
