@@ -383,7 +383,7 @@ fn along_faces(
 pub fn direct_field(
     scene: &Scene,
     endpoints: &Endpoints,
-    edges: impl Iterator<Item = (u32, f64)> + Clone,
+    edges: impl Iterator<Item = (u32, f64)>,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
 ) -> DirectField {
@@ -432,7 +432,12 @@ pub fn direct_field(
         false => 1.0,
     };
     let mut nearest = (f64::INFINITY, u32::MAX);
-    for (index, (edge, share)) in edges.clone().enumerate() {
+    // Those before the present one.
+    let mut nearer = [0; MAX_DIFFRACTING_EDGES];
+    for (index, (edge, share)) in edges.enumerate() {
+        if let Some(next) = nearer.get_mut(index) {
+            *next = edge;
+        }
         let Some(path) = FirstOrderPath::over(scene, endpoints, (edge, share)) else {
             continue;
         };
@@ -456,8 +461,8 @@ pub fn direct_field(
         if shadow_share < 1.0 && energy > loudest.least_energy().max(LEAST_FADED) {
             let over = (edge, field.path.crossing.apex);
             let ends = local_positions(scene, endpoints).into();
-            // Over an edge that touches a leg the path is no longer.
-            let nearer = edges.clone().take(index).map(|(edge, _)| edge);
+            // Over an edge that touches a leg the path is at most as long.
+            let nearer = &nearer[..index.min(MAX_DIFFRACTING_EDGES)];
             let open = open_share(scene, over, ends, nearer, joined_m);
             let factor = shadow_share + (1.0 - shadow_share) * open;
             field.scale(factor);

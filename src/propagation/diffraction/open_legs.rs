@@ -17,11 +17,11 @@ pub(super) fn open_share(
     scene: &Scene,
     (edge, apex): (u32, DVec3),
     ends: [DVec3; 2],
-    others: impl Iterator<Item = u32>,
+    others: &[u32],
     hidden_m: f64,
 ) -> f64 {
     let legs = ends.map(|end| Leg::between(apex, end, hidden_m));
-    let others = scene.edge_neighbours(edge).chain(others);
+    let others = scene.edge_neighbours(edge).chain(others.iter().copied());
     let mut least_m = hidden_m;
     for other in others.filter(|&other| other != edge) {
         let [origin, direction] = scene.edge_line(other);

@@ -213,7 +213,7 @@ struct PointField {
 fn point_field(
     scene: &Scene,
     endpoints: &Endpoints,
-    edges: impl Iterator<Item = (u32, f64)> + Clone,
+    edges: impl Iterator<Item = (u32, f64)>,
     rays: &mut u64,
 ) -> PointField {
     let (mut straight, mut found, mut count) = (None, [const { None }; MAX_DIRECT_EDGES], 0);
