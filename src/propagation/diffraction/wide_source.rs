@@ -286,6 +286,8 @@ pub fn wide_field(
         result.direct.waves += found.field.waves;
         let share = &mut result.direct.two_edge_share;
         *share = share.max(found.field.two_edge_share);
+        let least = &mut result.direct.least_energy;
+        *least = least.max(found.field.least_energy);
         seen += usize::from(is_visible);
         for &edge in found.field.edges.as_slice() {
             result.direct.edges.insert(edge);
