@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use foresound::propagation::diffraction::{
-    MAX_DIRECT_EDGES, MAX_REFLECTED_EDGE_PATHS, MAX_TWO_EDGE_PATHS, direct_field,
+    MAX_DIRECT_EDGES, MAX_REFLECTED_EDGE_PATHS, MAX_TWO_EDGE_PATHS, direct_field, no_limits,
 };
 use foresound::propagation::endpoints::Endpoints;
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
@@ -287,7 +287,7 @@ fn the_edges_of_a_direct_field_are_seen_again_from_its_positions_alone() {
         let all = 0..scene.edges().len() as u32;
         let near = scene.diffracting_edges_over(all, ends[0], ends[1]);
         let edges = || near.as_slice().iter().map(|found| (found.edge, 1.0));
-        let field = direct_field(&scene, &endpoints, edges(), &mut 0, &mut |_| ());
+        let field = direct_field(&scene, &endpoints, edges(), no_limits, &mut 0, &mut |_| ());
         assert!(
             field.seen.are_seen(&scene, &endpoints, edges(), &mut 0),
             "{ear}"

@@ -5,7 +5,9 @@
 mod parts;
 
 use foresound::propagation::Path;
-use foresound::propagation::diffraction::{self, DiffractionSequence, LastSearch, direct_field};
+use foresound::propagation::diffraction::{
+    self, DiffractionSequence, LastSearch, direct_field, no_limits,
+};
 use foresound::propagation::endpoints::Endpoints;
 use foresound::scene::{InstanceId, InstancePose, Scene, SourcePose, TriangleMesh};
 use glam::{Quat, Vec2, Vec3};
@@ -145,7 +147,14 @@ fn two_edge_paths(scene: &Scene, source: &SourcePose, at: Vec3) -> (Vec<Path>, b
             paths.push(path);
         }
     });
-    let line = direct_field(scene, &endpoints, [].into_iter(), &mut 0, &mut |_| ());
+    let line = direct_field(
+        scene,
+        &endpoints,
+        [].into_iter(),
+        no_limits,
+        &mut 0,
+        &mut |_| (),
+    );
     (paths, line.visible)
 }
 

@@ -2,7 +2,9 @@
 
 mod parts;
 
-use foresound::propagation::diffraction::{DiffractionSequence, MAX_TWO_EDGE_PATHS, direct_field};
+use foresound::propagation::diffraction::{
+    DiffractionSequence, MAX_TWO_EDGE_PATHS, direct_field, no_limits,
+};
 use foresound::propagation::endpoints::Endpoints;
 use foresound::propagation::{EdgeLimits, Path, PathSet, PropagationSettings, Propagator};
 use foresound::runtime::Threads;
@@ -51,7 +53,7 @@ fn two_edge_paths(scene: &Scene, source: &SourcePose, set: &PathSet) -> Vec<Path
     );
     let edges = edges_of(scene);
     let all = edges.iter().map(|edge| (*edge, 1.0));
-    let share = direct_field(scene, &endpoints, all, &mut 0, &mut |_| ()).two_edge_share;
+    let share = direct_field(scene, &endpoints, all, no_limits, &mut 0, &mut |_| ()).two_edge_share;
     let pairs = edges
         .iter()
         .flat_map(|&a| edges.iter().map(move |&b| [a, b]));

@@ -96,7 +96,8 @@ impl Extrapolator {
                 Some(field) => (field, None),
                 None => {
                     let paths = &mut result.paths;
-                    self.computed_field((&endpoints, edges()), listener, &mix, &mut rays, paths)
+                    let edges = (edges(), &limits);
+                    self.computed_field(&endpoints, edges, listener, &mix, &mut rays, paths)
                 }
             };
             if !is_extrapolated && !is_wide {
@@ -147,7 +148,8 @@ impl Extrapolator {
     /// Computes a source's direct field; a wide source has a field of its points too.
     fn computed_field(
         &self,
-        (endpoints, edges): (&Endpoints, impl Iterator<Item = (u32, f64)> + Clone),
+        endpoints: &Endpoints,
+        (edges, limits): (impl Iterator<Item = (u32, f64)> + Clone, &EdgeLimits),
         listener: &ListenerPose,
         mix: &FrameMix,
         rays: &mut u64,
@@ -163,7 +165,9 @@ impl Extrapolator {
             let wide = wide_field(scene, endpoints, edges, through, rays, &mut emit);
             return (wide.direct, Some(wide));
         }
-        (direct_field(scene, endpoints, edges, rays, &mut emit), None)
+        let limits = |_: &DirectField, _: &mut u64, _: &mut dyn FnMut(Path)| *limits;
+        let field = direct_field(scene, endpoints, edges, limits, rays, &mut emit);
+        (field, None)
     }
 
     /// Resumes the rest of the frame until the budget is spent, after the direct field and for the same poses.
@@ -460,6 +464,7 @@ fn between(
     };
     EdgeLimits {
         two_edge_floor: mix(before.two_edge_floor, newest.two_edge_floor),
+        two_edge_detour_m: mix(before.two_edge_detour_m, newest.two_edge_detour_m),
         direct_detour_m: mix(before.direct_detour_m, newest.direct_detour_m),
         near_detours_m: match (before.near_detours_m, newest.near_detours_m) {
             (Some(before), Some(newest)) => Some([0, 1].map(|i| mix(before[i], newest[i]))),

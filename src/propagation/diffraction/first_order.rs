@@ -12,12 +12,13 @@ use crate::propagation::diffraction::complex::{Complex, ComplexBands};
 use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
 use crate::propagation::diffraction::open_legs::open_share;
 use crate::propagation::diffraction::ranked_list::{rank_weight, rank_weight_in_light};
+use crate::propagation::diffraction::second_order::continued_share;
 use crate::propagation::diffraction::two_edge_path::{self, TwoEdgePath};
 use crate::propagation::diffraction::wedge_geometry::{WedgeAngles, on_side};
 use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::Interaction;
-use crate::propagation::path::Path;
+use crate::propagation::path::{EdgeLimits, Path};
 use crate::propagation::transmission::{direct_path, direct_path_of};
 use crate::scene::Scene;
 use crate::scene::edges::{EdgeCrossing, MAX_DIFFRACTING_EDGES};
@@ -135,6 +136,11 @@ pub fn boundary_sides(
     sides
 }
 
+/// For [`direct_field`]: paths over two edges continue all waves over one.
+pub fn no_limits(_: &DirectField, _: &mut u64, _: &mut dyn FnMut(Path)) -> EdgeLimits {
+    EdgeLimits::default()
+}
+
 /// Result of [`direct_field`].
 #[derive(Debug, Clone, Copy)]
 pub struct DirectField {
@@ -216,6 +222,28 @@ impl FirstOrderPath {
         sees(to) && sees(from)
     }
 
+    /// [`open_share`] among the edges of a list that come before this one: over another one that touches a leg of this path the path
+    /// is at most as long.
+    fn open_share(
+        &self,
+        scene: &Scene,
+        endpoints: &Endpoints,
+        seen: &SeenEdges,
+        hidden_m: f64,
+    ) -> f64 {
+        let seen = seen.as_slice();
+        let index = seen.iter().position(|seen| *seen == self.edge);
+        let nearer = &seen[..index.unwrap_or(0)];
+        let ends = local_positions(scene, endpoints).into();
+        open_share(
+            scene,
+            (self.edge, self.crossing.apex),
+            ends,
+            nearer,
+            hidden_m,
+        )
+    }
+
     fn field(self, scene: &Scene, endpoints: &Endpoints, is_lit: bool) -> FirstOrderField {
         let edge = &scene.edge(self.edge);
         let (incident, reflected) = edge_wave::diffracted_field(
@@ -267,6 +295,8 @@ struct Loudest {
     fields: [Option<FirstOrderField>; MAX_DIRECT_EDGES],
     energies: [f64; MAX_DIRECT_EDGES],
     count: usize,
+    /// The greatest energies of those left out, greatest first.
+    left_out: [f64; MAX_DIRECT_EDGES],
 }
 
 impl Loudest {
@@ -275,6 +305,7 @@ impl Loudest {
             fields: [const { None }; MAX_DIRECT_EDGES],
             energies: [0.0; MAX_DIRECT_EDGES],
             count: 0,
+            left_out: [0.0; MAX_DIRECT_EDGES],
         }
     }
 
@@ -291,6 +322,30 @@ impl Loudest {
         }
     }
 
+    fn leave_out(&mut self, energy: f64) {
+        let index = self.left_out.partition_point(|other| *other >= energy);
+        if index < MAX_DIRECT_EDGES {
+            self.left_out[index..].rotate_right(1);
+            self.left_out[index] = energy;
+        }
+    }
+
+    /// Energy of the last place of a full list, towards which the paths fade, with factors of the listed fields' amplitudes;
+    /// otherwise 0.
+    fn floor(&self, factors: &[f64; MAX_DIRECT_EDGES]) -> f64 {
+        if self.count < MAX_DIRECT_EDGES {
+            return 0.0;
+        }
+        let mut ranked = [0.0; 2 * MAX_DIRECT_EDGES];
+        let (listed, left_out) = ranked.split_at_mut(MAX_DIRECT_EDGES);
+        for (index, ranked) in listed.iter_mut().enumerate() {
+            *ranked = self.energies[index] * factors[index] * factors[index];
+        }
+        left_out.copy_from_slice(&self.left_out);
+        ranked.sort_unstable_by(|a, b| b.total_cmp(a));
+        ranked[MAX_DIRECT_EDGES - 1]
+    }
+
     /// Adds a field; of too many the quietest is left out, so that lists of neighbouring listeners differ little.
     fn push(&mut self, field: FirstOrderField, energy: f64) {
         if self.count < MAX_DIRECT_EDGES {
@@ -301,9 +356,11 @@ impl Loudest {
         }
         let ranked = self.energies.iter().enumerate();
         let quietest = ranked.min_by(|a, b| a.1.total_cmp(b.1));
-        let Some((index, _)) = quietest.filter(|(_, least)| **least < energy) else {
+        let Some((index, least)) = quietest.filter(|(_, least)| **least < energy) else {
+            self.leave_out(energy);
             return;
         };
+        self.leave_out(*least);
         self.fields[index..].rotate_left(1);
         self.energies[index..].rotate_left(1);
         self.fields[MAX_DIRECT_EDGES - 1] = Some(field);
@@ -376,7 +433,7 @@ fn along_faces(
 
 /// Emits the straight path, direct or transmitted, and the paths over one of `edges`, each with its share of the wave. The
 /// edges come in the order of the paths' lengths; the loudest [`MAX_DIRECT_EDGES`] that are visible from both ends and audible
-/// count. Adds the rays cast to `rays`.
+/// count. Adds the rays cast to `rays`. `two_edge_paths` tells the limits of paths over two edges; it may emit them.
 ///
 /// # Real-time
 /// Allocates nothing. One ray for the straight path, more behind walls, and up to two for each edge of the list.
@@ -384,6 +441,7 @@ pub fn direct_field(
     scene: &Scene,
     endpoints: &Endpoints,
     edges: impl Iterator<Item = (u32, f64)>,
+    two_edge_paths: impl FnOnce(&DirectField, &mut u64, &mut dyn FnMut(Path)) -> EdgeLimits,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
 ) -> DirectField {
@@ -432,12 +490,7 @@ pub fn direct_field(
         false => 1.0,
     };
     let mut nearest = (f64::INFINITY, u32::MAX);
-    // Those before the present one.
-    let mut nearer = [0; MAX_DIFFRACTING_EDGES];
-    for (index, (edge, share)) in edges.enumerate() {
-        if let Some(next) = nearer.get_mut(index) {
-            *next = edge;
-        }
+    for (edge, share) in edges {
         let Some(path) = FirstOrderPath::over(scene, endpoints, (edge, share)) else {
             continue;
         };
@@ -459,11 +512,9 @@ pub fn direct_field(
         let mut energy = field.energy(spreading);
         let shadow_share = shadow_share(nearest.0);
         if shadow_share < 1.0 && energy > loudest.least_energy().max(LEAST_FADED) {
-            let over = (edge, field.path.crossing.apex);
-            let ends = local_positions(scene, endpoints).into();
-            // Over an edge that touches a leg the path is at most as long.
-            let nearer = &nearer[..index.min(MAX_DIFFRACTING_EDGES)];
-            let open = open_share(scene, over, ends, nearer, joined_m);
+            let open = field
+                .path
+                .open_share(scene, endpoints, &result.seen, joined_m);
             let factor = shadow_share + (1.0 - shadow_share) * open;
             field.scale(factor);
             energy *= factor * factor;
@@ -472,23 +523,43 @@ pub fn direct_field(
     }
     result.two_edge_share = shadow_share(nearest.0) as f32;
     let shadow_share = f64::from(result.two_edge_share);
-    let least = loudest.as_ref().map_or(0.0, Loudest::least_energy);
-    result.least_energy = least;
-    let mut fields = loudest.iter().flat_map(Loudest::fields);
-    let nearness = match !result.visible && fields.any(|(field, _)| field.path.edge == nearest.1) {
+    let fields = || loudest.iter().flat_map(Loudest::fields);
+    for (field, _) in fields() {
+        result.edges.push(field.path.edge);
+    }
+    result.least_energy = loudest.as_ref().map_or(0.0, Loudest::least_energy);
+    let limits = two_edge_paths(&result, rays, emit);
+    // In the light fields have faded already.
+    let mut faded = [1.0; MAX_DIRECT_EDGES];
+    if shadow_share > 0.0 {
+        for (faded, (field, energy)) in faded.iter_mut().zip(fields()) {
+            let continued = continued_share(energy, field.path.detour_m, &limits);
+            if continued < 1.0 && energy > LEAST_FADED {
+                let path = &field.path;
+                let open = path.open_share(scene, endpoints, &result.seen, joined_m);
+                *faded = 1.0 - shadow_share * (1.0 - continued) * (1.0 - open);
+            }
+        }
+    }
+    let least = loudest.as_ref().map_or(0.0, |list| list.floor(&faded));
+    let nearness = match !result.visible && fields().any(|(field, _)| field.path.edge == nearest.1)
+    {
         true => 1.0 - smoothstep(nearest.0 / joined_m),
         false => 0.0,
     };
     let mut beside_boundary: Option<([Complex; BANDS], EdgeCrossing, f64)> = None;
-    for (field, energy) in loudest.iter().flat_map(Loudest::fields) {
+    let mut done = DirectEdges::default();
+    for ((field, energy), faded) in fields().zip(faded) {
+        // By the whole energy, as that of the path over two edges which continues it.
         let weight = shadow_share * rank_weight(energy, least)
             + (1.0 - shadow_share) * rank_weight_in_light(energy, least);
+        let weight = weight * faded;
         let edge = field.path.edge;
         let length_m = field.path.crossing.length_m();
         let spreading = spreading(straight_m, length_m, min_distance_m);
-        let along_faces = along_faces(scene, endpoints, edge, &result.edges, rays);
+        let along_faces = along_faces(scene, endpoints, edge, &done, rays);
         result.waves += along_faces.iter().flatten().count();
-        result.edges.push(edge);
+        done.push(edge);
         let along_faces = along_faces.map(|path| {
             path.map(|(over_both_m, waves)| {
                 let later = edge_wave::delays(&wavenumbers, over_both_m - length_m);

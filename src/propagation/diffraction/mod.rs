@@ -41,7 +41,7 @@ pub mod wide_source;
 pub mod with_reflections;
 
 pub use crate::propagation::diffraction::first_order::{
-    DirectEdges, DirectField, MAX_DIRECT_EDGES, SeenEdges, boundary_sides, direct_field,
+    DirectEdges, DirectField, MAX_DIRECT_EDGES, SeenEdges, boundary_sides, direct_field, no_limits,
 };
 pub use crate::propagation::diffraction::lit_reflection::{path_in_shadow, reflection_gain};
 pub use crate::propagation::diffraction::reflection_edges::{
@@ -114,67 +114,64 @@ pub fn update(
         _ => scene.diffracting_edges(&last.line, from, to, longest_m),
     };
     let straight_m = from.distance(to);
-    let limits = EdgeLimits {
+    let mut limits = EdgeLimits {
         direct_detour_m: last.line.limit_m(MAX_DIFFRACTING_EDGES) - straight_m,
         ..EdgeLimits::default()
     };
     let edges_with_shares = edges_with_shares(&last.line, straight_m, &limits);
-    let DirectField {
-        visible,
-        edges,
-        two_edge_share,
-        least_energy,
-        ..
-    } = sized_field(scene, endpoints, edges_with_shares, rays, emit);
+    let mut near = None;
+    let two_edge_paths = |field: &DirectField, rays: &mut u64, emit: &mut dyn FnMut(Path)| {
+        let has_two_edges = diffraction_order > 1 && field.two_edge_share > 0.0;
+        if diffraction_order == 0 || field.visible && !has_two_edges {
+            return limits;
+        }
+        let near = near.insert(scene.outer_crossings(from, to, longest_m));
+        let detours_m =
+            [MAX_DIFFRACTING_EDGES, MAX_PAIRED_APART].map(|most| near.limit_m(most) - straight_m);
+        // Pairs between rigid bodies have other lists.
+        limits.near_detours_m = (!scene.has_instances()).then_some(detours_m);
+        if has_two_edges {
+            second_order::find(
+                scene,
+                endpoints,
+                (near, &field.edges, &mut limits),
+                &mut last.pairs,
+                field.least_energy,
+                rays,
+                &mut |mut path| {
+                    path.amplitude = path.amplitude.map(|value| value * field.two_edge_share);
+                    emit(path);
+                },
+            );
+        }
+        limits
+    };
+    let DirectField { visible, edges, .. } = sized_field(
+        scene,
+        endpoints,
+        edges_with_shares,
+        two_edge_paths,
+        rays,
+        emit,
+    );
     let mut result = NearEdges {
         direct: edges,
         limits,
         ..NearEdges::default()
     };
-    if diffraction_order == 0 {
+    if diffraction_order == 0 || !effects.reflections {
         return result;
     }
-    if visible && effects.reflections {
+    let known = &mut last.reflected;
+    if visible {
         let edges = edges.as_slice().iter().copied();
-        let known = &mut last.reflected;
         result.reflections =
             with_reflections::find(scene, endpoints, edges, None, known, rays, emit);
-    }
-    let has_two_edges = diffraction_order > 1 && two_edge_share > 0.0;
-    if visible && !has_two_edges {
-        return result;
-    }
-    let near = scene.outer_crossings(from, to, longest_m);
-    let detours_m =
-        [MAX_DIFFRACTING_EDGES, MAX_PAIRED_APART].map(|most| near.limit_m(most) - straight_m);
-    // Pairs between rigid bodies have other lists.
-    result.limits.near_detours_m = (!scene.has_instances()).then_some(detours_m);
-    if !visible && effects.reflections {
+    } else if let Some(near) = near {
         let edges = near.as_slice().iter().map(|found| found.edge);
-        let known = &mut last.reflected;
-        result.reflections = with_reflections::find(
-            scene,
-            endpoints,
-            edges,
-            Some(&result.limits),
-            known,
-            rays,
-            emit,
-        );
-    }
-    if has_two_edges {
-        result.limits.two_edge_floor = second_order::find(
-            scene,
-            endpoints,
-            (&near, &result.direct, &result.limits),
-            &mut last.pairs,
-            least_energy,
-            rays,
-            &mut |mut path| {
-                path.amplitude = path.amplitude.map(|value| value * two_edge_share);
-                emit(path);
-            },
-        );
+        let limits = Some(&result.limits);
+        result.reflections =
+            with_reflections::find(scene, endpoints, edges, limits, known, rays, emit);
     }
     result
 }

@@ -1,7 +1,7 @@
 //! How open the legs of a path over one edge are.
 //!
-//! In the light no path over two edges continues a wave over one whose leg another edge hides: the whole wave would end there. So
-//! it fades before. Own.
+//! In the light no path over two edges continues a wave over one whose leg another edge hides, and in the shadow only those paths
+//! do that are among the shortest and loudest: the whole wave would end there. So it fades before. Own.
 
 use glam::DVec3;
 

@@ -4,7 +4,9 @@ use glam::DVec3;
 
 use crate::propagation::diffraction::edge_wave::local_positions;
 use crate::propagation::diffraction::first_order::DirectEdges;
-use crate::propagation::diffraction::near_list::{LEAST_SHARE, nearest_point, two_edge_share};
+use crate::propagation::diffraction::near_list::{
+    LEAST_SHARE, list_share, nearest_point, two_edge_share,
+};
 use crate::propagation::diffraction::ranked_list::{insert_ranked, rank_weight};
 use crate::propagation::diffraction::two_edge_path::{
     TwoEdgePath, bound_narrow_face, insert_shortest, meet_at_corner,
@@ -86,18 +88,19 @@ struct Search<'a> {
 
 /// Emits the loudest paths over two edges, [`MAX_TWO_EDGE_PATHS`] at most. One edge is of `near` and the other its neighbour or of
 /// `near` too, or one belongs to an instance ([`moving_edge_pairs`]). Paths that waves over one of the `direct` edges include are
-/// left out. Returns the energy that they fade towards (`ranked_list.rs`): that of the loudest one that is left out of the list, or
-/// of the path that continues the wave of `least_energy` over one edge, where that is more. Adds the rays cast to `rays`. `known` holds
-/// the pairs of an earlier call and is renewed; it shortens the search and does not change the result.
+/// left out. Sets [`EdgeLimits::two_edge_floor`], the energy that they fade towards (`ranked_list.rs`): that of the loudest one that is
+/// left out of the list, or of the path that continues the wave of `least_energy` over one edge, where that is more; and
+/// [`EdgeLimits::two_edge_detour_m`]. Adds the rays cast to `rays`. `known` holds the pairs of an earlier call and is renewed; it
+/// shortens the search and does not change the result.
 pub fn find(
     scene: &Scene,
     endpoints: &Endpoints,
-    (near, direct, limits): (&DiffractingEdges, &DirectEdges, &EdgeLimits),
+    (near, direct, limits): (&DiffractingEdges, &DirectEdges, &mut EdgeLimits),
     known: &mut KnownPairs,
     least_energy: f64,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
-) -> f64 {
+) {
     let (from, to) = local_positions(scene, endpoints);
     let search = Search {
         scene,
@@ -136,7 +139,18 @@ pub fn find(
             emit(path);
         }
     }
-    floor
+    limits.two_edge_floor = floor;
+    // Pairs between rigid bodies have other lists.
+    if !scene.has_instances() {
+        limits.two_edge_detour_m = last_m(&shortest) - from.distance(to);
+    }
+}
+
+/// Amplitude factor at the boundary where a second edge begins to hide a wave over one edge with this energy and detour: 1 where the
+/// path over both edges continues it, 0 where that path is too long or too quiet for its lists.
+pub(super) fn continued_share(energy: f64, detour_m: f64, limits: &EdgeLimits) -> f64 {
+    rank_weight(HIDDEN_ENERGY * energy, limits.two_edge_floor)
+        * list_share(detour_m, limits.two_edge_detour_m)
 }
 
 /// A path with its weight in a list of the loudest that ends at the energy `floor`, if it has one.

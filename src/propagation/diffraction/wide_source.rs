@@ -21,9 +21,11 @@ use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::amplitude::{apply_directivity, free_field};
 use crate::propagation::diffraction::edge_wave::wavenumbers;
-use crate::propagation::diffraction::first_order::{DirectField, MAX_DIRECT_EDGES, direct_field};
+use crate::propagation::diffraction::first_order::{
+    DirectField, MAX_DIRECT_EDGES, direct_field, no_limits,
+};
 use crate::propagation::endpoints::Endpoints;
-use crate::propagation::path::Path;
+use crate::propagation::path::{EdgeLimits, Path};
 use crate::propagation::transmission::unoccluded_path;
 use crate::scene::{MAX_EXTENT_POINTS, Scene, SourceExtent, SourcePose};
 
@@ -217,7 +219,7 @@ fn point_field(
     rays: &mut u64,
 ) -> PointField {
     let (mut straight, mut found, mut count) = (None, [const { None }; MAX_DIRECT_EDGES], 0);
-    let field = direct_field(scene, endpoints, edges, rays, &mut |path| {
+    let field = direct_field(scene, endpoints, edges, no_limits, rays, &mut |path| {
         if path.diffraction_order == 0 {
             straight = Some(path);
         } else if let Some(free) = found.get_mut(count) {
@@ -375,16 +377,20 @@ pub fn wide_field(
     result
 }
 
-/// [`direct_field`] of a source of any size. What comes through walls is not scaled.
+/// [`direct_field`] of a source of any size. What comes through walls is not scaled, and edges of a wide source are heard whole where
+/// another edge begins to hide them.
 pub fn sized_field(
     scene: &Scene,
     endpoints: &Endpoints,
     edges: impl Iterator<Item = (u32, f64)> + Clone,
+    two_edge_paths: impl FnOnce(&DirectField, &mut u64, &mut dyn FnMut(Path)) -> EdgeLimits,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
 ) -> DirectField {
-    match endpoints.source.settings.extent.is_wide() {
-        true => wide_field(scene, endpoints, edges, 1.0, rays, emit).direct,
-        false => direct_field(scene, endpoints, edges, rays, emit),
+    if !endpoints.source.settings.extent.is_wide() {
+        return direct_field(scene, endpoints, edges, two_edge_paths, rays, emit);
     }
+    let field = wide_field(scene, endpoints, edges, 1.0, rays, emit).direct;
+    two_edge_paths(&field, rays, emit);
+    field
 }
