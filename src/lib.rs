@@ -51,10 +51,12 @@
 //!
 //! # Features
 //!
-//! `builtin-hrtf` (default) has the HRTF sets inside the library. `files` (default) reads OBJ, PLY and TOML files and reads and
-//! writes WAV files. `gltf` reads glTF and GLB files, `compressed` FLAC and Ogg Vorbis, `sofa` HRTF sets. `play` has sound devices of a
-//! desktop. On Android sound leaves through Oboe (`oboe`, default) or, without C++, through AAudio (`aaudio` and not `oboe`). `capi` and `jni` are for the shared library. `testing` shows the modules to this repository's own tests and tools and
-//! is not part of the interface.
+//! `builtin-hrtf` (default) has the HRTF sets inside the library. `files` (default) reads OBJ, PLY and TOML files and writes WAV
+//! files. `gltf` reads glTF and GLB files, `sofa` HRTF sets. `compressed` reads FLAC and Ogg Vorbis for the C and Kotlin
+//! interfaces; in Rust a crate such as `hound` reads sound files. `play` has sound devices of a desktop
+//! ([`device::Supervisor`], `device::CpalBackend`). Android's sound output is Oboe (`oboe`, default) or, without C++, AAudio
+//! (`aaudio` and not `oboe`): [`device::DeviceOutput`] plays a renderer through [`device::system_device`]. `capi` and `jni` are
+//! for the shared library. `testing` shows the modules to this repository's own tests and tools and is not part of the interface.
 #![cfg_attr(
     not(feature = "testing"),
     allow(
@@ -170,7 +172,7 @@ pub mod device {
     };
     pub use crate::runtime::{
         DeviceOutput, DeviceReport, NullDevice, NullDeviceReport, NullOutput, Placement,
-        RingOutput, SoundThread,
+        RingOutput, SoundThread, system_device,
     };
 }
 
