@@ -19,7 +19,10 @@
 //! let (mut controller, mut renderer) = Engine::new(EngineSettings::default())?;
 //! controller.set_scene(Arc::new(scene))?;
 //! let source = controller.add_source([2.0, 1.5, 3.0])?;
-//! controller.play(source, vec![0.1; 44_100].into(), true)?;
+//! // A click every half second: mono samples at the engine's 44,100 Hz, looped.
+//! let mut clip = vec![0.0; 22_050];
+//! clip[..64].fill(0.5);
+//! controller.play(source, clip.into(), true)?;
 //!
 //! // The app, once a graphics frame:
 //! controller.tick(ListenerPose::facing([5.0, 1.7, 5.0], 0.0), &[])?;

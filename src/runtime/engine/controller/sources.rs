@@ -17,7 +17,9 @@ impl Controller {
     /// # fn main() -> foresound::Result<()> {
     /// # let (mut controller, _renderer) = foresound::Engine::new(Default::default())?;
     /// let source = controller.add_source([0.0, 1.5, -2.0])?;
-    /// controller.play(source, vec![0.1; 44_100].into(), false)?;
+    /// let mut click = vec![0.0; 22_050];
+    /// click[..64].fill(0.5);
+    /// controller.play(source, click.into(), false)?;
     /// # Ok(())
     /// # }
     /// ```
