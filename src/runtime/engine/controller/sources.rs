@@ -41,7 +41,7 @@ impl Controller {
         Ok(())
     }
 
-    /// Moves a source to a position in metres from the next tick on.
+    /// Moves a source to a position in metres from the next tick on. Its orientation and settings stay.
     ///
     /// # Errors
     /// [`Error::StaleSource`]; [`Error::Setting`] for a position that is not finite or beyond 1,000 km: the last good
@@ -59,7 +59,7 @@ impl Controller {
         self.sources.configure(id, settings)
     }
 
-    /// A source's directivity, radius and effects.
+    /// A source's directivity, radius, effects and mix, as last set.
     ///
     /// # Errors
     /// [`Error::StaleSource`].
