@@ -1133,8 +1133,7 @@ FORESOUND_API ForesoundStatus foresound_progress_create(uint64_t *progress);
 // Writes the share of a scene's construction that is done, 0 to 1. Control thread, also during the construction.
 FORESOUND_API ForesoundStatus foresound_progress_read(uint64_t progress, float *done);
 
-// Cancels a scene's construction: the call returns FORESOUND_STATUS_CANCELLED after its present phase, of four. Control
-// thread.
+// Cancels a construction: its call returns FORESOUND_STATUS_CANCELLED after the present phase, of four. Control thread.
 FORESOUND_API ForesoundStatus foresound_progress_cancel(uint64_t progress);
 
 // Builds a scene from a mesh file: OBJ or PLY, and glTF or GLB if the library is built with its feature
@@ -1293,8 +1292,9 @@ FORESOUND_API ForesoundStatus foresound_source_fade_gain(uint64_t engine, uint32
 // Silences a source and releases its clip or stream. Control thread.
 FORESOUND_API ForesoundStatus foresound_source_stop(uint64_t engine, uint32_t source);
 
-// Attaches a stream to a source, through a ring buffer of `capacity` samples (1 to 16,777,216); `stream` receives
-// the handle for foresound_stream_write. After a failure the source plays on as before. Control thread.
+// Attaches a stream to a source, through a ring of `capacity` samples (1 to 16,777,216), and writes the handle for
+// foresound_stream_write. Samples are mono at the engine's rate, 1 being full scale at 1 m; they are not converted.
+// After a failure the source plays on as before. Control thread.
 FORESOUND_API
 ForesoundStatus foresound_source_stream(uint64_t engine,
                                         uint32_t source,
@@ -1439,9 +1439,9 @@ ForesoundStatus foresound_render_channels(uint64_t renderer,
                                           size_t frames,
                                           struct ForesoundRenderInfo *info);
 
-// Appends as many of `count` samples to a stream as fit; `written` (null if unused) receives their number. Fails with
-// FORESOUND_STATUS_STATE once the stream has no reader. Any one thread at a time, the audio thread included: wait-free,
-// without allocation, without a message.
+// Appends as many of `count` samples to a stream as fit; `written` (null if unused) receives their number. Samples are
+// mono at the engine's rate, 1 being full scale at 1 m; they are not converted. Fails with FORESOUND_STATUS_STATE once the
+// stream has no reader. Any one thread at a time, the audio thread included: wait-free, without allocation, without a message.
 FORESOUND_API
 ForesoundStatus foresound_stream_write(uint64_t stream,
                                        const float *samples,

@@ -1137,8 +1137,7 @@ namespace Foresound.Interop
         public static extern Status ProgressRead(ulong progress, float* done);
 
         /// <summary>
-        /// Cancels a scene's construction: the call returns FORESOUND_STATUS_CANCELLED after its present phase, of four. Control
-        /// thread.
+        /// Cancels a construction: its call returns FORESOUND_STATUS_CANCELLED after the present phase, of four. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_progress_cancel", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status ProgressCancel(ulong progress);
@@ -1338,8 +1337,9 @@ namespace Foresound.Interop
         public static extern Status SourceStop(ulong engine, uint source);
 
         /// <summary>
-        /// Attaches a stream to a source, through a ring buffer of `capacity` samples (1 to 16,777,216); `stream` receives
-        /// the handle for foresound_stream_write. After a failure the source plays on as before. Control thread.
+        /// Attaches a stream to a source, through a ring of `capacity` samples (1 to 16,777,216), and writes the handle for
+        /// foresound_stream_write. Samples are mono at the engine's rate, 1 being full scale at 1 m; they are not converted.
+        /// After a failure the source plays on as before. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_source_stream", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SourceStream(ulong engine, uint source, UIntPtr capacity, ulong* stream);
@@ -1470,9 +1470,9 @@ namespace Foresound.Interop
             ulong renderer, float* output, uint channels, UIntPtr frames, RenderInfo* info);
 
         /// <summary>
-        /// Appends as many of `count` samples to a stream as fit; `written` (null if unused) receives their number. Fails with
-        /// FORESOUND_STATUS_STATE once the stream has no reader. Any one thread at a time, the audio thread included: wait-free,
-        /// without allocation, without a message.
+        /// Appends as many of `count` samples to a stream as fit; `written` (null if unused) receives their number. Samples are
+        /// mono at the engine's rate, 1 being full scale at 1 m; they are not converted. Fails with FORESOUND_STATUS_STATE once the
+        /// stream has no reader. Any one thread at a time, the audio thread included: wait-free, without allocation, without a message.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_stream_write", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status StreamWrite(ulong stream, float* samples, UIntPtr count, UIntPtr* written);

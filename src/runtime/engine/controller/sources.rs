@@ -83,7 +83,8 @@ impl Controller {
         self.sources.set_gain(id, gain, 0.0)
     }
 
-    /// Plays samples that the app writes, through a ring for `capacity` samples (1 to 2^24). An underrun fades out and
+    /// Plays samples that the app writes, through a ring for `capacity` samples (1 to 2^24). Samples are mono at the engine's
+    /// rate, 1 being full scale at 1 m; they are not converted. An underrun fades out and
     /// in within 256 audio frames and counts in [`crate::runtime::Statistics::underrun_samples`].
     ///
     /// # Errors

@@ -127,7 +127,10 @@ class Source internal constructor(
     /** Ramps its linear gain to 0 to 1000 within 0 to 3600 seconds. */
     fun fadeGain(gain: Float, seconds: Float) = engine.fadeGain(id, gain, seconds)
 
-    /** Attaches a stream through a ring buffer of [capacity] samples (1 to 16,777,216). */
+    /**
+     * Attaches a stream through a ring buffer of [capacity] samples (1 to 16,777,216). Samples are mono at the engine's
+     * rate, 1 being full scale at 1 m; they are not converted.
+     */
     fun stream(capacity: Int): SampleStream = SampleStream(engine.stream(id, capacity))
 
     /** Silences it and releases its clip or stream. */
@@ -229,7 +232,10 @@ class SourceOptions @JvmOverloads constructor(
     }
 }
 
-/** The writing end of a stream of mono samples. One thread at a time, an audio callback included: writing never waits. */
+/**
+ * The writing end of a stream. Samples are mono at the engine's rate ([Engine.rateHz]), 1 being full scale at 1 m; they are not
+ * converted. One thread at a time, an audio callback included: writing never waits.
+ */
 class SampleStream internal constructor(private val handle: Long) : AutoCloseable {
     private val handles = Cleaner.watch(this, Handles(handle))
 
