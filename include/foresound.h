@@ -421,7 +421,7 @@ enum ForesoundBus
   // The source shares a slot, or has no position: it is heard in foresound_render_reverb's output. What it left in a slot of
   // its own fades out here.
   FORESOUND_BUS_SHARED = 1,
-  // The source is not heard: masked by others, or the engine is paused.
+  // The source is not heard: masked by others, or the engine is paused. What it left in a slot of its own fades out here.
   FORESOUND_BUS_SILENT = 2,
 };
 #ifndef __cplusplus

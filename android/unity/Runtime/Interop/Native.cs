@@ -220,7 +220,9 @@ namespace Foresound.Interop
         /// its own fades out here.
         /// </summary>
         Shared = 1,
-        /// <summary>The source is not heard: masked by others, or the engine is paused.</summary>
+        /// <summary>
+        /// The source is not heard: masked by others, or the engine is paused. What it left in a slot of its own fades out here.
+        /// </summary>
         Silent = 2,
     }
 
