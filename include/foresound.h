@@ -1101,9 +1101,9 @@ ForesoundStatus foresound_instance_add(uint64_t engine,
                                        size_t pose_size,
                                        uint32_t *instance);
 
-// Adds an instance that stays where it is and is joined with all such instances that it touches, as if they had been
-// built in one piece: floors and walls go on across borders. For chunks of a streamed world; a part may be shared.
-// Else as foresound_instance_add. foresound_instance_remove removes it. Control thread.
+// Adds an instance that stays where it is and is joined with the fixed scene and with all such instances that it touches,
+// as if they had been built in one piece: floors and walls go on across borders. For chunks of a streamed world; a part
+// may be shared. Else as foresound_instance_add. foresound_instance_remove removes it. Control thread.
 FORESOUND_API
 ForesoundStatus foresound_instance_add_joined(uint64_t engine,
                                               uint64_t part,

@@ -144,9 +144,9 @@ macro_rules! shared_functions {
                 instances::add(engine, part, &pose)
             }
 
-            /// Adds an instance that stays where it is and is joined with all such instances that it touches, as if they had been
-            /// built in one piece: floors and walls go on across borders. For chunks of a streamed world; a part may be shared.
-            /// Else as foresound_instance_add. foresound_instance_remove removes it. Control thread.
+            /// Adds an instance that stays where it is and is joined with the fixed scene and with all such instances that it touches,
+            /// as if they had been built in one piece: floors and walls go on across borders. For chunks of a streamed world; a part
+            /// may be shared. Else as foresound_instance_add. foresound_instance_remove removes it. Control thread.
             unsafe fn foresound_instance_add_joined(engine: Handle, part: Handle, pose[pose_size]: PoseIn) -> instance: Id {
                 instances::add_joined(engine, part, &pose)
             }

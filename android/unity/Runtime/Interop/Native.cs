@@ -1099,9 +1099,9 @@ namespace Foresound.Interop
         public static extern Status InstanceAdd(ulong engine, ulong part, Pose* pose, UIntPtr poseSize, uint* instance);
 
         /// <summary>
-        /// Adds an instance that stays where it is and is joined with all such instances that it touches, as if they had been
-        /// built in one piece: floors and walls go on across borders. For chunks of a streamed world; a part may be shared.
-        /// Else as foresound_instance_add. foresound_instance_remove removes it. Control thread.
+        /// Adds an instance that stays where it is and is joined with the fixed scene and with all such instances that it touches,
+        /// as if they had been built in one piece: floors and walls go on across borders. For chunks of a streamed world; a part
+        /// may be shared. Else as foresound_instance_add. foresound_instance_remove removes it. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_instance_add_joined", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status InstanceAddJoined(

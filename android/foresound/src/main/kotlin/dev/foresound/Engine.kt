@@ -277,9 +277,9 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
     }
 
     /**
-     * Adds an instance that stays where it is and is joined with all such instances that it touches, as if they had been built in
-     * one piece: a chunk of a streamed world, in its own coordinates, at a position in metres, from the next [tick] on. [part] may
-     * be closed then. The instance is closed to remove it; moving it is an error.
+     * Adds an instance that stays where it is and is joined with the fixed scene and with all such instances that it touches, as
+     * if they had been built in one piece: a chunk of a streamed world, in its own coordinates, at a position in metres, from the
+     * next [tick] on. [part] may be closed then. The instance is closed to remove it; moving it is an error.
      */
     fun addJoinedInstance(part: Scene, x: Float, y: Float, z: Float): Instance {
         val pose = floatArrayOf(x, y, z, 0f, 0f, 0f, 1f)
