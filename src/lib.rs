@@ -159,7 +159,7 @@ pub mod paths {
 /// Rendering on a virtual clock: the same input gives the same bits.
 pub mod offline {
     #[cfg(feature = "files")]
-    pub use crate::output::WavSink;
+    pub use crate::output::{WavFormat, WavSink};
     pub use crate::runtime::{
         Latency, OfflineRenderer, OfflineReport, OfflineSettings, Poses, Schedule,
     };
