@@ -52,6 +52,14 @@ class Source internal constructor(
     /** Whether the engine removes it at the end of its clip ([Engine.playOnce]). */
     internal val isOneShot: Boolean = false,
 ) : AutoCloseable {
+    /**
+     * Its index among the engine's sources, 0 to [EngineOptions.maxSources] - 1: [ShownPath.sourceSlot] of its paths. No two open
+     * sources have the same; a later source may have that of a closed one. Constant. It is not one of the slots that
+     * [EngineOptions.sourceSlots] counts.
+     */
+    val slot: Int
+        get() = slotOf(id)
+
     internal val pose = Pose().apply { move(x, y, z) }
     private var moved = false
 
