@@ -652,7 +652,7 @@ typedef struct ForesoundEngineStatistics {
   uint32_t size;
   // State of the engine.
   ForesoundEngineState state;
-  // Extrapolation level L in use.
+  // Graphics frames that an update lasts (the paper's L); at 0 every frame has an update of its own.
   uint32_t extrapolation_level;
   // Paths in the update in use.
   uint32_t paths;
@@ -978,7 +978,7 @@ typedef struct ForesoundRenderInfo {
   uint32_t graphics_frames;
   // Propagation updates consumed.
   uint32_t updates;
-  // Extrapolation level L in use.
+  // Graphics frames that an update lasts (the paper's L); at 0 every frame has an update of its own.
   uint32_t extrapolation_level;
   // Voices, fading ones included.
   uint32_t voices;

@@ -469,7 +469,9 @@ namespace Foresound.Interop
         public uint Size;
         /// <summary>State of the engine.</summary>
         public EngineState State;
-        /// <summary>Extrapolation level L in use.</summary>
+        /// <summary>
+        /// Graphics frames that an update lasts (the paper's L); at 0 every frame has an update of its own.
+        /// </summary>
         public uint ExtrapolationLevel;
         /// <summary>Paths in the update in use.</summary>
         public uint Paths;
@@ -934,7 +936,9 @@ namespace Foresound.Interop
         public uint GraphicsFrames;
         /// <summary>Propagation updates consumed.</summary>
         public uint Updates;
-        /// <summary>Extrapolation level L in use.</summary>
+        /// <summary>
+        /// Graphics frames that an update lasts (the paper's L); at 0 every frame has an update of its own.
+        /// </summary>
         public uint ExtrapolationLevel;
         /// <summary>Voices, fading ones included.</summary>
         public uint Voices;
