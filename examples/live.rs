@@ -8,8 +8,7 @@ use std::time::{Duration, Instant};
 use foresound::device::{CpalBackend, NullDeviceSettings, Supervisor};
 use foresound::glam::Vec3;
 use foresound::{
-    Engine, EngineSettings, ListenerPose, MaterialTable, Result, Scene, SceneSettings, SourcePose,
-    shoebox,
+    Engine, EngineSettings, ListenerPose, MaterialTable, Result, Scene, SceneSettings, shoebox,
 };
 
 #[expect(clippy::disallowed_methods, reason = "an app keeps time")]
@@ -42,8 +41,8 @@ fn main() -> Result<()> {
         let time_s = began.elapsed().as_secs_f32();
         device.poll(time_s.into());
         let position = center + 2.0 * Vec3::new(time_s.cos(), 0.0, time_s.sin());
-        let listener = ListenerPose::facing(center, 0.0);
-        controller.tick(listener, &[SourcePose::at(source, position)])?;
+        controller.move_source(source, position)?;
+        controller.tick(ListenerPose::facing(center, 0.0), &[])?;
         std::thread::sleep(Duration::from_millis(16));
     }
     Ok(())

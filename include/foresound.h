@@ -421,7 +421,7 @@ enum ForesoundBus
   // The source shares a slot, or has no position: it is heard in foresound_render_reverb's output. What it left in a slot of
   // its own fades out here.
   FORESOUND_BUS_SHARED = 1,
-  // The source is not heard: masked by others, or the engine is paused.
+  // The source is not heard: masked by others, or the engine is paused. What it left in a slot of its own fades out here.
   FORESOUND_BUS_SILENT = 2,
 };
 #ifndef __cplusplus
@@ -652,7 +652,7 @@ typedef struct ForesoundEngineStatistics {
   uint32_t size;
   // State of the engine.
   ForesoundEngineState state;
-  // Extrapolation level L in use.
+  // Graphics frames that an update lasts (the paper's L); at 0 every frame has an update of its own.
   uint32_t extrapolation_level;
   // Paths in the update in use.
   uint32_t paths;
@@ -978,7 +978,7 @@ typedef struct ForesoundRenderInfo {
   uint32_t graphics_frames;
   // Propagation updates consumed.
   uint32_t updates;
-  // Extrapolation level L in use.
+  // Graphics frames that an update lasts (the paper's L); at 0 every frame has an update of its own.
   uint32_t extrapolation_level;
   // Voices, fading ones included.
   uint32_t voices;
@@ -1101,9 +1101,9 @@ ForesoundStatus foresound_instance_add(uint64_t engine,
                                        size_t pose_size,
                                        uint32_t *instance);
 
-// Adds an instance that stays where it is and is joined with all such instances that it touches, as if they had been
-// built in one piece: floors and walls go on across borders. For chunks of a streamed world; a part may be shared.
-// Else as foresound_instance_add. foresound_instance_remove removes it. Control thread.
+// Adds an instance that stays where it is and is joined with the fixed scene and with all such instances that it touches,
+// as if they had been built in one piece: floors and walls go on across borders. For chunks of a streamed world; a part
+// may be shared. Else as foresound_instance_add. foresound_instance_remove removes it. Control thread.
 FORESOUND_API
 ForesoundStatus foresound_instance_add_joined(uint64_t engine,
                                               uint64_t part,
@@ -1133,8 +1133,7 @@ FORESOUND_API ForesoundStatus foresound_progress_create(uint64_t *progress);
 // Writes the share of a scene's construction that is done, 0 to 1. Control thread, also during the construction.
 FORESOUND_API ForesoundStatus foresound_progress_read(uint64_t progress, float *done);
 
-// Cancels a scene's construction: the call returns FORESOUND_STATUS_CANCELLED after its present phase, of four. Control
-// thread.
+// Cancels a construction: its call returns FORESOUND_STATUS_CANCELLED after the present phase, of four. Control thread.
 FORESOUND_API ForesoundStatus foresound_progress_cancel(uint64_t progress);
 
 // Builds a scene from a mesh file: OBJ or PLY, and glTF or GLB if the library is built with its feature
@@ -1293,8 +1292,9 @@ FORESOUND_API ForesoundStatus foresound_source_fade_gain(uint64_t engine, uint32
 // Silences a source and releases its clip or stream. Control thread.
 FORESOUND_API ForesoundStatus foresound_source_stop(uint64_t engine, uint32_t source);
 
-// Attaches a stream to a source, through a ring buffer of `capacity` samples (1 to 16,777,216); `stream` receives
-// the handle for foresound_stream_write. After a failure the source plays on as before. Control thread.
+// Attaches a stream to a source, through a ring of `capacity` samples (1 to 16,777,216), and writes the handle for
+// foresound_stream_write. Samples are mono at the engine's rate, 1 being full scale at 1 m; they are not converted.
+// After a failure the source plays on as before. Control thread.
 FORESOUND_API
 ForesoundStatus foresound_source_stream(uint64_t engine,
                                         uint32_t source,
@@ -1439,9 +1439,9 @@ ForesoundStatus foresound_render_channels(uint64_t renderer,
                                           size_t frames,
                                           struct ForesoundRenderInfo *info);
 
-// Appends as many of `count` samples to a stream as fit; `written` (null if unused) receives their number. Fails with
-// FORESOUND_STATUS_STATE once the stream has no reader. Any one thread at a time, the audio thread included: wait-free,
-// without allocation, without a message.
+// Appends as many of `count` samples to a stream as fit; `written` (null if unused) receives their number. Samples are
+// mono at the engine's rate, 1 being full scale at 1 m; they are not converted. Fails with FORESOUND_STATUS_STATE once the
+// stream has no reader. Any one thread at a time, the audio thread included: wait-free, without allocation, without a message.
 FORESOUND_API
 ForesoundStatus foresound_stream_write(uint64_t stream,
                                        const float *samples,

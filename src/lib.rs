@@ -19,7 +19,10 @@
 //! let (mut controller, mut renderer) = Engine::new(EngineSettings::default())?;
 //! controller.set_scene(Arc::new(scene))?;
 //! let source = controller.add_source([2.0, 1.5, 3.0])?;
-//! controller.play(source, vec![0.1; 44_100].into(), true)?;
+//! // A click every half second: mono samples at the engine's 44,100 Hz, looped.
+//! let mut clip = vec![0.0; 22_050];
+//! clip[..64].fill(0.5);
+//! controller.play(source, clip.into(), true)?;
 //!
 //! // The app, once a graphics frame:
 //! controller.tick(ListenerPose::facing([5.0, 1.7, 5.0], 0.0), &[])?;
@@ -51,10 +54,12 @@
 //!
 //! # Features
 //!
-//! `builtin-hrtf` (default) has the HRTF sets inside the library. `files` (default) reads OBJ, PLY and TOML files and reads and
-//! writes WAV files. `gltf` reads glTF and GLB files, `compressed` FLAC and Ogg Vorbis, `sofa` HRTF sets. `play` has sound devices of a
-//! desktop. On Android sound leaves through Oboe (`oboe`, default) or, without C++, through AAudio (`aaudio` and not `oboe`). `capi` and `jni` are for the shared library. `testing` shows the modules to this repository's own tests and tools and
-//! is not part of the interface.
+//! `builtin-hrtf` (default) has the HRTF sets inside the library. `files` (default) reads OBJ, PLY and TOML files and writes WAV
+//! files. `gltf` reads glTF and GLB files, `sofa` HRTF sets. `compressed` reads FLAC and Ogg Vorbis for the C and Kotlin
+//! interfaces; in Rust a crate such as `hound` reads sound files. `play` has sound devices of a desktop
+//! ([`device::Supervisor`], `device::CpalBackend`). Android's sound output is Oboe (`oboe`, default) or, without C++, AAudio
+//! (`aaudio` and not `oboe`): [`device::DeviceOutput`] plays a renderer through [`device::system_device`]. `capi` and `jni` are
+//! for the shared library. `testing` shows the modules to this repository's own tests and tools and is not part of the interface.
 #![cfg_attr(
     not(feature = "testing"),
     allow(
@@ -154,7 +159,7 @@ pub mod paths {
 /// Rendering on a virtual clock: the same input gives the same bits.
 pub mod offline {
     #[cfg(feature = "files")]
-    pub use crate::output::WavSink;
+    pub use crate::output::{WavFormat, WavSink};
     pub use crate::runtime::{
         Latency, OfflineRenderer, OfflineReport, OfflineSettings, Poses, Schedule,
     };
@@ -170,7 +175,7 @@ pub mod device {
     };
     pub use crate::runtime::{
         DeviceOutput, DeviceReport, NullDevice, NullDeviceReport, NullOutput, Placement,
-        RingOutput, SoundThread,
+        RingOutput, SoundThread, system_device,
     };
 }
 

@@ -19,6 +19,9 @@ int main(int count, char **arguments) {
     /* An engine and its two halves: one for the game, one for the audio callback. */
     ForesoundOptions options = FORESOUND_OPTIONS_INIT;
     options.rate_hz = 48000;
+    /* Into a file, faster than real time. A game leaves these two as they are. */
+    options.schedule = FORESOUND_SCHEDULE_SYNCHRONOUS;
+    options.frame_s = 1.0 / 60.0;
     uint64_t engine, renderer, scene, clip;
     must(foresound_engine_create(FORESOUND_API_VERSION, &options, NULL, 0, &engine, &renderer));
 
@@ -33,6 +36,7 @@ int main(int count, char **arguments) {
     if (!wav) return 3;
     size_t bytes = fread(file, 1, sizeof file, wav);
     fclose(wav);
+    if (bytes == sizeof file) return 4; /* longer than the buffer */
     uint32_t voice;
     must(foresound_clip_from_wav(file, bytes, options.rate_hz, &clip));
     must(foresound_source_add(engine, 4.8f, 1.5f, 3.2f, &voice));

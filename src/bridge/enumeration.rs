@@ -238,7 +238,7 @@ enumeration! {
         /// The source shares a slot, or has no position: it is heard in foresound_render_reverb's output. What it left in a slot of
         /// its own fades out here.
         Shared = 1,
-        /// The source is not heard: masked by others, or the engine is paused.
+        /// The source is not heard: masked by others, or the engine is paused. What it left in a slot of its own fades out here.
         Silent = 2,
     }
 }

@@ -20,7 +20,8 @@ pub fn add(engine: u64, part: u64, pose: &Pose) -> Result<u32, CallError> {
     })
 }
 
-/// Adds an instance that stays where it is and is joined with those that it touches; else as [`add`].
+/// Adds an instance that stays where it is and is joined with the fixed scene and with all such instances that it touches; else as
+/// [`add`].
 ///
 /// # Errors
 /// As [`add`].

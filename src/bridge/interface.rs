@@ -144,9 +144,9 @@ macro_rules! shared_functions {
                 instances::add(engine, part, &pose)
             }
 
-            /// Adds an instance that stays where it is and is joined with all such instances that it touches, as if they had been
-            /// built in one piece: floors and walls go on across borders. For chunks of a streamed world; a part may be shared.
-            /// Else as foresound_instance_add. foresound_instance_remove removes it. Control thread.
+            /// Adds an instance that stays where it is and is joined with the fixed scene and with all such instances that it touches,
+            /// as if they had been built in one piece: floors and walls go on across borders. For chunks of a streamed world; a part
+            /// may be shared. Else as foresound_instance_add. foresound_instance_remove removes it. Control thread.
             unsafe fn foresound_instance_add_joined(engine: Handle, part: Handle, pose[pose_size]: PoseIn) -> instance: Id {
                 instances::add_joined(engine, part, &pose)
             }
@@ -175,8 +175,7 @@ macro_rules! shared_functions {
             /// Writes the share of a scene's construction that is done, 0 to 1. Control thread, also during the construction.
             unsafe fn foresound_progress_read(progress: Handle) -> done: Real { progress::read(progress) }
 
-            /// Cancels a scene's construction: the call returns FORESOUND_STATUS_CANCELLED after its present phase, of four. Control
-            /// thread.
+            /// Cancels a construction: its call returns FORESOUND_STATUS_CANCELLED after the present phase, of four. Control thread.
             safe fn foresound_progress_cancel(progress: Handle) { progress::cancel(progress) }
 
             /// Builds a scene from a mesh file: OBJ or PLY, and glTF or GLB if the library is built with its feature
@@ -367,8 +366,9 @@ macro_rules! shared_functions {
                 ENGINES.with(engine, |engine| Ok(engine.controller().stop(source_id(source))?))
             }
 
-            /// Attaches a stream to a source, through a ring buffer of `capacity` samples (1 to 16,777,216); `stream` receives
-            /// the handle for foresound_stream_write. After a failure the source plays on as before. Control thread.
+            /// Attaches a stream to a source, through a ring of `capacity` samples (1 to 16,777,216), and writes the handle for
+            /// foresound_stream_write. Samples are mono at the engine's rate, 1 being full scale at 1 m; they are not converted.
+            /// After a failure the source plays on as before. Control thread.
             unsafe fn foresound_source_stream(engine: Handle, source: Id, capacity: Size) -> stream: Handle {
                 engine::stream(engine, source, capacity)
             }

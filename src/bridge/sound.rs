@@ -76,7 +76,7 @@ record! {
         pub graphics_frames: u32,
         /// Propagation updates consumed.
         pub updates: u32,
-        /// Extrapolation level L in use.
+        /// Graphics frames that an update lasts (the paper's L); at 0 every frame has an update of its own.
         pub extrapolation_level: u32,
         /// Voices, fading ones included.
         pub voices: u32,

@@ -36,7 +36,7 @@ record! {
     pub struct EngineStatistics[size, zeros] {
         /// State of the engine.
         pub state: EngineState,
-        /// Extrapolation level L in use.
+        /// Graphics frames that an update lasts (the paper's L); at 0 every frame has an update of its own.
         pub extrapolation_level: u32,
         /// Paths in the update in use.
         pub paths: u32,

@@ -201,6 +201,7 @@ pub struct PathSet {
     /// The sources, in the caller's order.
     pub sources: Vec<SourcePose>,
     /// What was searched for: a path outside of it is not in the set, or as of the update before.
+    #[doc(hidden)]
     pub scope: UpdateScope,
     /// The poses of the scene's instances, by slot.
     pub instances: Vec<InstancePose>,

@@ -233,7 +233,7 @@ impl Propagator {
     }
 
     /// Sets the quality of the next updates, limited by the settings given at creation. Caches are kept. Allocates nothing.
-    pub fn set_quality(&mut self, quality: PropagationQuality) {
+    pub(crate) fn set_quality(&mut self, quality: PropagationQuality) {
         let quality = quality.within(&self.settings);
         if quality.guide_rays != self.quality.guide_rays {
             fill_lattice(&mut self.guide_directions, quality.guide_rays);
@@ -258,6 +258,7 @@ impl Propagator {
     }
 
     /// Limits the next update, and only that one.
+    #[doc(hidden)]
     pub fn set_scope(&mut self, scope: UpdateScope) {
         self.scope = scope;
     }

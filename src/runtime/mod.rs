@@ -11,7 +11,7 @@ pub mod threads;
 pub mod trace;
 
 pub use crate::runtime::device::null_device::{NullDevice, NullDeviceReport, NullOutput};
-pub use crate::runtime::device::output::{DeviceOutput, DeviceReport};
+pub use crate::runtime::device::output::{DeviceOutput, DeviceReport, system_device};
 pub use crate::runtime::device::sound_thread::{RingOutput, SoundThread};
 pub use crate::runtime::offline::renderer::{OfflineRenderer, OfflineReport, OfflineSettings};
 pub use crate::runtime::offline::schedule::{Latency, Poses, Schedule};

@@ -66,7 +66,9 @@ pub struct SourcePose {
 }
 
 impl SourcePose {
-    /// An omnidirectional source of default settings at a position in metres, facing −z.
+    /// An omnidirectional source of default settings at a position in metres, facing −z. In
+    /// [`Controller::tick`](crate::Controller::tick) it replaces the orientation and the settings that the source had:
+    /// [`Controller::move_source`](crate::Controller::move_source) moves it alone.
     pub fn at(id: SourceId, position: impl Into<Vec3>) -> Self {
         Self {
             id,

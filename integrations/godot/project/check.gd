@@ -5,7 +5,7 @@ extends SceneTree
 const RATE_HZ := 44100
 # Parent of each class, and the properties that a scene file may have.
 const CLASSES := {
-	"ForesoundEngine": ["Node", ["max_voices", "max_sources", "bus", "max_drawn_paths"]],
+	"ForesoundEngine": ["Node", ["source_slots", "max_sources", "bus", "max_drawn_paths"]],
 	"ForesoundListener3D": ["Node3D", []],
 	"ForesoundSource3D": ["Node3D", ["stream", "autoplay", "looped", "paused", "gain", "pitch", "without_position"]],
 	"ForesoundGeometry": ["Node3D", ["material"]],

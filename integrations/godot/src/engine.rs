@@ -22,11 +22,11 @@ const PROCESS_PRIORITY: i32 = 1 << 16;
 #[derive(GodotClass)]
 #[class(base = Node, init)]
 pub(crate) struct ForesoundEngine {
-    /// Sources with paths of their own, 1 to 64.
+    /// Sources with a slot of their own, 1 to 256.
     #[export]
     #[init(val = 16)]
-    max_voices: i32,
-    /// Sources, to 4096: beyond the voices the loudest are heard, neighbours share one.
+    source_slots: i32,
+    /// Sources, to 4096: beyond the slots the loudest keep slots of their own, and neighbours share one.
     #[export]
     #[init(val = 16)]
     max_sources: i32,
@@ -131,7 +131,7 @@ impl ForesoundEngine {
     fn start(&mut self) -> foresound::Result<()> {
         let mut settings = EngineSettings::default();
         settings.generation.rate_hz = AudioServer::singleton().get_mix_rate() as u32;
-        settings.generation.max_sources = usize::try_from(self.max_voices).unwrap_or(0);
+        settings.generation.max_sources = usize::try_from(self.source_slots).unwrap_or(0);
         settings.max_sources = Some(usize::try_from(self.max_sources).unwrap_or(0));
         settings.max_snapshot_paths = usize::try_from(self.max_drawn_paths).unwrap_or(0);
         let (controller, renderer) = Engine::new(settings)?;

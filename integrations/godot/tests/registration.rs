@@ -322,7 +322,7 @@ fn the_library_starts_and_registers_its_classes() {
         (
             "ForesoundEngine",
             "Node",
-            &["max_voices", "max_sources", "bus", "max_drawn_paths"][..],
+            &["source_slots", "max_sources", "bus", "max_drawn_paths"][..],
             &[
                 "rebuild",
                 "is_building",

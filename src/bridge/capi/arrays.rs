@@ -217,9 +217,9 @@ unsafe fn render(
     })
 }
 
-/// Appends as many of `count` samples to a stream as fit; `written` (null if unused) receives their number. Fails with
-/// FORESOUND_STATUS_STATE once the stream has no reader. Any one thread at a time, the audio thread included: wait-free,
-/// without allocation, without a message.
+/// Appends as many of `count` samples to a stream as fit; `written` (null if unused) receives their number. Samples are
+/// mono at the engine's rate, 1 being full scale at 1 m; they are not converted. Fails with FORESOUND_STATUS_STATE once the
+/// stream has no reader. Any one thread at a time, the audio thread included: wait-free, without allocation, without a message.
 ///
 /// # Safety
 /// Pointers are null or valid as the header says.

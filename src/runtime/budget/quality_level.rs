@@ -25,8 +25,8 @@ pub struct QualityFactors {
     pub predictor_steps: u8,
 }
 
-/// All levels: the number of rays falls first, then the rate of late estimates, reflection orders and the predictor last. `bench speed
-/// --level N` measures one of them.
+/// All levels: the number of rays falls first, then the rate of late estimates, reflection orders and the predictor last.
+/// `bench speed --quality-level N` measures one of them.
 pub const QUALITY_LEVELS: [QualityFactors; 6] = [
     factors(1.0, 1.0, 0, 1, 0),
     factors(0.7, 0.7, 0, 1, 0),

@@ -76,7 +76,8 @@ pub struct DeviceReport {
     pub underrun_frames: u64,
 }
 
-/// A playing renderer. Ends when dropped, which waits for its two threads. Control side.
+/// A renderer that plays on a [`Device`]; [`system_device`] has an example. Ends when dropped, which waits for its two
+/// threads. Control side.
 pub struct DeviceOutput {
     sound: Option<SoundThread>,
     supervisor: Option<JoinHandle<()>>,
@@ -247,7 +248,28 @@ fn supervise(mut device: Box<dyn Device>, rate_hz: u32, shared: &Arc<Shared>) {
     }
 }
 
-/// The system's device: on Android Oboe, or AAudio by `ndk` without the feature `oboe`; elsewhere the null device.
+/// The system's sound output on Android: Oboe's with the feature `oboe` (the default), else AAudio's (`aaudio`). Elsewhere
+/// a null device, which is silent; `CpalBackend` (feature `play`) has the desktop's. For [`DeviceOutput::start`], which opens
+/// the device and reopens it after a loss. Control side; cannot fail.
+///
+/// ```
+/// use foresound::device::{DeviceOutput, system_device};
+/// use foresound::{AffinityPolicy, Engine, EngineSettings};
+///
+/// # fn main() -> foresound::Result<()> {
+/// let mut settings = EngineSettings::default();
+/// settings.generation.rate_hz = 48_000; // the device's own rate, if it is one of the HRTF sets
+/// settings.affinity = AffinityPolicy::System; // as Android advises
+/// let (_controller, renderer) = Engine::new(settings)?;
+/// // Two blocks ahead of the device: 512 audio frames.
+/// let output = DeviceOutput::start(renderer, 2, system_device())?;
+/// // The game calls the controller's `tick` meanwhile; a debug overlay shows the report.
+/// println!("{} dropouts", output.report().xruns);
+/// // When the app leaves the foreground. The renderer can be started again.
+/// let _renderer = output.stop();
+/// # Ok(())
+/// # }
+/// ```
 pub fn system_device() -> Box<dyn Device> {
     #[cfg(all(target_os = "android", feature = "oboe"))]
     {

@@ -99,7 +99,9 @@ impl Engine {
     /// settings.generation.max_sources = 8;
     /// let (mut controller, mut renderer) = Engine::new(settings)?;
     /// let source = controller.add_source([0.0, 1.5, -2.0])?;
-    /// controller.play(source, vec![0.1; 44_100].into(), true)?;
+    /// let mut click = vec![0.0; 22_050]; // half a second at the engine's 44,100 Hz
+    /// click[..64].fill(0.5);
+    /// controller.play(source, click.into(), true)?;
     /// controller.tick(ListenerPose::default(), &[])?;
     /// renderer.render(&mut [0.0; 512]);
     /// # Ok(())

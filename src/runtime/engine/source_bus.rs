@@ -12,7 +12,8 @@ pub enum BusStatus {
     /// The source has no bus of its own: with more sources than slots it shares a slot, or it has no position. Its sound is in
     /// [`super::Renderer::render_reverb`]'s output. What it left in a slot of its own still fades out in its output.
     Shared,
-    /// The source is not heard: masked by others, or the engine is paused. The block is discarded.
+    /// The source is not heard: masked by others, or the engine is paused. The block is discarded. What it left in a slot of its
+    /// own still fades out in its output.
     Silent,
     /// No source of the graphics frame in use: never added, not in a frame yet, or removed. What a removed one played fades out in [`super::Renderer::render_reverb`]'s output.
     UnknownSource,

@@ -110,7 +110,8 @@ fn fade_gain(frames: usize) -> f32 {
     .gain(frames)
 }
 
-/// The app's end of a stream: a ring of mono samples at the engine's rate. Usable on any one thread; wait-free.
+/// The app's end of a stream: a ring of mono samples at the engine's rate, 1 being full scale at 1 m. Usable on any one thread;
+/// wait-free.
 pub struct StreamWriter {
     ring: rtrb::Producer<f32>,
 }

@@ -22,7 +22,7 @@ impl OfflineRenderer {
         Ok(id)
     }
 
-    /// Adds an instance that stays where it is and is joined with those that it touches.
+    /// Adds an instance that stays where it is and is joined with the fixed scene and with all such instances that it touches.
     ///
     /// # Errors
     /// As [`Scene::add_joined_instance`].

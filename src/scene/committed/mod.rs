@@ -268,6 +268,7 @@ impl Scene {
     }
 
     /// A copy that reports every ray against its fixed part to an observer, for measurements. Control side; allocates.
+    #[doc(hidden)]
     pub fn with_observer(&self, observer: Arc<dyn RayObserver>) -> Self {
         Self {
             bvh: Arc::new(self.bvh.with_observer(observer)),

@@ -335,6 +335,7 @@ fn print_findings(
         "direct_us": microseconds(&statistics.direct),
         "eps_us": microseconds(&statistics.extrapolation),
         "sgs_us": microseconds(&statistics.generation),
+        "quality_level": statistics.quality_level.0,
         "tier": statistics.quality_level.0,
         "unheard_sources": statistics.unheard_sources,
         "starved_samples": statistics.underrun_samples,

@@ -220,7 +220,9 @@ namespace Foresound.Interop
         /// its own fades out here.
         /// </summary>
         Shared = 1,
-        /// <summary>The source is not heard: masked by others, or the engine is paused.</summary>
+        /// <summary>
+        /// The source is not heard: masked by others, or the engine is paused. What it left in a slot of its own fades out here.
+        /// </summary>
         Silent = 2,
     }
 
@@ -467,7 +469,9 @@ namespace Foresound.Interop
         public uint Size;
         /// <summary>State of the engine.</summary>
         public EngineState State;
-        /// <summary>Extrapolation level L in use.</summary>
+        /// <summary>
+        /// Graphics frames that an update lasts (the paper's L); at 0 every frame has an update of its own.
+        /// </summary>
         public uint ExtrapolationLevel;
         /// <summary>Paths in the update in use.</summary>
         public uint Paths;
@@ -932,7 +936,9 @@ namespace Foresound.Interop
         public uint GraphicsFrames;
         /// <summary>Propagation updates consumed.</summary>
         public uint Updates;
-        /// <summary>Extrapolation level L in use.</summary>
+        /// <summary>
+        /// Graphics frames that an update lasts (the paper's L); at 0 every frame has an update of its own.
+        /// </summary>
         public uint ExtrapolationLevel;
         /// <summary>Voices, fading ones included.</summary>
         public uint Voices;
@@ -1097,9 +1103,9 @@ namespace Foresound.Interop
         public static extern Status InstanceAdd(ulong engine, ulong part, Pose* pose, UIntPtr poseSize, uint* instance);
 
         /// <summary>
-        /// Adds an instance that stays where it is and is joined with all such instances that it touches, as if they had been
-        /// built in one piece: floors and walls go on across borders. For chunks of a streamed world; a part may be shared.
-        /// Else as foresound_instance_add. foresound_instance_remove removes it. Control thread.
+        /// Adds an instance that stays where it is and is joined with the fixed scene and with all such instances that it touches,
+        /// as if they had been built in one piece: floors and walls go on across borders. For chunks of a streamed world; a part
+        /// may be shared. Else as foresound_instance_add. foresound_instance_remove removes it. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_instance_add_joined", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status InstanceAddJoined(
@@ -1137,8 +1143,7 @@ namespace Foresound.Interop
         public static extern Status ProgressRead(ulong progress, float* done);
 
         /// <summary>
-        /// Cancels a scene's construction: the call returns FORESOUND_STATUS_CANCELLED after its present phase, of four. Control
-        /// thread.
+        /// Cancels a construction: its call returns FORESOUND_STATUS_CANCELLED after the present phase, of four. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_progress_cancel", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status ProgressCancel(ulong progress);
@@ -1338,8 +1343,9 @@ namespace Foresound.Interop
         public static extern Status SourceStop(ulong engine, uint source);
 
         /// <summary>
-        /// Attaches a stream to a source, through a ring buffer of `capacity` samples (1 to 16,777,216); `stream` receives
-        /// the handle for foresound_stream_write. After a failure the source plays on as before. Control thread.
+        /// Attaches a stream to a source, through a ring of `capacity` samples (1 to 16,777,216), and writes the handle for
+        /// foresound_stream_write. Samples are mono at the engine's rate, 1 being full scale at 1 m; they are not converted.
+        /// After a failure the source plays on as before. Control thread.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_source_stream", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status SourceStream(ulong engine, uint source, UIntPtr capacity, ulong* stream);
@@ -1470,9 +1476,9 @@ namespace Foresound.Interop
             ulong renderer, float* output, uint channels, UIntPtr frames, RenderInfo* info);
 
         /// <summary>
-        /// Appends as many of `count` samples to a stream as fit; `written` (null if unused) receives their number. Fails with
-        /// FORESOUND_STATUS_STATE once the stream has no reader. Any one thread at a time, the audio thread included: wait-free,
-        /// without allocation, without a message.
+        /// Appends as many of `count` samples to a stream as fit; `written` (null if unused) receives their number. Samples are
+        /// mono at the engine's rate, 1 being full scale at 1 m; they are not converted. Fails with FORESOUND_STATUS_STATE once the
+        /// stream has no reader. Any one thread at a time, the audio thread included: wait-free, without allocation, without a message.
         /// </summary>
         [DllImport(Library, EntryPoint = "foresound_stream_write", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         public static extern Status StreamWrite(ulong stream, float* samples, UIntPtr count, UIntPtr* written);

@@ -34,7 +34,7 @@ impl Controller {
     /// # let (mut controller, _renderer) = foresound::Engine::new(Default::default())?;
     /// # let source = controller.add_source([0.0, 1.5, -2.0])?;
     /// // An engine's sound: the start once, then the middle again and again; a tenth of a second from now.
-    /// let clip = Clip::mono(vec![0.1; 44_100]);
+    /// let clip = Clip::mono((0..44_100).map(|frame| 0.5 * (frame as f32 * 0.01).sin()).collect::<Vec<_>>());
     /// let mut settings = PlaySettings::default();
     /// settings.is_looped = true;
     /// settings.loop_frames = Some([10_000, 40_000]);

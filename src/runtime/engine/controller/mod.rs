@@ -154,13 +154,29 @@ impl Controller {
         })
     }
 
-    /// Sends one graphics frame: the listener's pose and the poses of sources that moved. Call once per frame.
+    /// Sends one graphics frame: the listener's pose and whole poses of sources, for those that turned. Call once per frame.
     ///
     /// ```
-    /// # use foresound::{Controller, ListenerPose, Result, SourceId, SourcePose, glam::Vec3};
+    /// # use foresound::{Controller, ListenerPose, Result, SourceId};
     /// # fn frame(controller: &mut Controller, source: SourceId) -> Result<()> {
-    /// let listener = ListenerPose::facing(Vec3::new(0.0, 1.7, 0.0), 0.0);
-    /// controller.tick(listener, &[SourcePose::at(source, Vec3::X)])
+    /// controller.move_source(source, [1.0, 1.5, 0.0])?;
+    /// let listener = ListenerPose::facing([0.0, 1.7, 0.0], 0.0);
+    /// controller.tick(listener, &[])
+    /// # }
+    /// ```
+    ///
+    /// A [`SourcePose`] carries the source's orientation and settings too: [`SourcePose::at`] has the defaults and replaces
+    /// those of [`Self::configure_source`]. Move a configured source by [`Self::move_source`], or keep one `SourcePose` a
+    /// source with its settings and change its position and orientation. In C and Kotlin a pose leaves the options as they
+    /// are.
+    ///
+    /// ```
+    /// # use foresound::{Controller, ListenerPose, Result, SourcePose, glam::Quat};
+    /// # fn frame(controller: &mut Controller, listener: ListenerPose, voice: &mut SourcePose) -> Result<()> {
+    /// // Kept beside the source: `voice.settings` are set once.
+    /// voice.position.x += 0.02;
+    /// voice.orientation = Quat::from_rotation_y(0.4);
+    /// controller.tick(listener, &[*voice])
     /// # }
     /// ```
     ///

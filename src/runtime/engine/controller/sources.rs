@@ -17,7 +17,9 @@ impl Controller {
     /// # fn main() -> foresound::Result<()> {
     /// # let (mut controller, _renderer) = foresound::Engine::new(Default::default())?;
     /// let source = controller.add_source([0.0, 1.5, -2.0])?;
-    /// controller.play(source, vec![0.1; 44_100].into(), false)?;
+    /// let mut click = vec![0.0; 22_050];
+    /// click[..64].fill(0.5);
+    /// controller.play(source, click.into(), false)?;
     /// # Ok(())
     /// # }
     /// ```
@@ -39,7 +41,7 @@ impl Controller {
         Ok(())
     }
 
-    /// Moves a source to a position in metres from the next tick on.
+    /// Moves a source to a position in metres from the next tick on. Its orientation and settings stay.
     ///
     /// # Errors
     /// [`Error::StaleSource`]; [`Error::Setting`] for a position that is not finite or beyond 1,000 km: the last good
@@ -57,7 +59,7 @@ impl Controller {
         self.sources.configure(id, settings)
     }
 
-    /// A source's directivity, radius and effects.
+    /// A source's directivity, radius, effects and mix, as last set.
     ///
     /// # Errors
     /// [`Error::StaleSource`].
@@ -81,7 +83,8 @@ impl Controller {
         self.sources.set_gain(id, gain, 0.0)
     }
 
-    /// Plays samples that the app writes, through a ring for `capacity` samples (1 to 2^24). An underrun fades out and
+    /// Plays samples that the app writes, through a ring for `capacity` samples (1 to 2^24). Samples are mono at the engine's
+    /// rate, 1 being full scale at 1 m; they are not converted. An underrun fades out and
     /// in within 256 audio frames and counts in [`crate::runtime::Statistics::underrun_samples`].
     ///
     /// # Errors

@@ -267,12 +267,12 @@ impl Scene {
         Ok(id)
     }
 
-    /// Adds an instance that stays where it is and is joined with all such parts that it touches, as if they had been committed
-    /// in one piece: surfaces in one plane and of one material are one surface, a rim at which another part goes on is no edge,
-    /// and a wall on another part's floor is a wedge. For chunks of a streamed world, tiles and prefabs. Numbers and keys of
+    /// Adds an instance that stays where it is and is joined with the fixed scene and with all such instances that it touches, as
+    /// if they had been committed in one piece: surfaces of instances in one plane and of one material are one surface, a rim at
+    /// which another part goes on is no edge, and a wall on another part's floor is a wedge. For chunks of a streamed world, tiles and prefabs. Numbers and keys of
     /// everything beyond the part's bounds stay. Control side; allocates, in proportion to the part and its borders.
     ///
-    /// They are joined with the fixed part as well, whose surfaces keep numbers and keys of their own. Instances that move are not
+    /// The fixed scene's surfaces keep numbers and keys of their own. Instances that move are not
     /// joined. The instance is removed by [`Self::remove_instance`]; its pose cannot be changed.
     ///
     /// # Errors

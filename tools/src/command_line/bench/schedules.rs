@@ -298,6 +298,7 @@ fn row(synchronous: &Side, asynchronous: &Side, load: f64) -> Value {
         },
         "paths_p50": share(&asynchronous.paths, 0.5),
         "rays_per_update": share(&asynchronous.rays, 0.5),
+        "quality_level": ours.quality_level.0,
         "tier": ours.quality_level.0,
     })
 }

@@ -51,8 +51,8 @@ pub(crate) struct Arguments {
     #[arg(long)]
     predictor: Option<String>,
     /// Quality level, 0 (everything) to 5.
-    #[arg(long, default_value_t = 0)]
-    tier: u8,
+    #[arg(long, alias = "tier", value_name = "N", default_value_t = 0)]
+    quality_level: u8,
     /// Measure the schedules only, not single updates.
     #[arg(long)]
     schedules_only: bool,
@@ -110,7 +110,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 predictor,
                 budget: {
                     let mut budget = Budget::default();
-                    budget.quality = QualityChoice::Exactly(QualityLevel(arguments.tier));
+                    let quality_level = QualityLevel(arguments.quality_level);
+                    budget.quality = QualityChoice::Exactly(quality_level);
                     budget
                 },
                 graphics_ms: arguments.graphics_ms,

@@ -12,12 +12,13 @@ import kotlinx.coroutines.flow.flowOn
 /**
  * An engine: renders the sound of sources in a scene at a listener.
  *
- * Threads: any, except the app's audio callbacks; calls on one engine wait for each other. Creation and closing take
- * milliseconds: not for the main thread. Propagation and sound run on the library's threads, which are not attached to
+ * Threads: any, except the app's audio callbacks; calls on one engine wait for each other. Audio callbacks may call [render],
+ * [renderListeners], [beginBlock], [renderSource], [renderReverb] and [SampleStream.write] only, which never wait. Creation and
+ * closing take milliseconds: not for the main thread. Propagation and sound run on the library's threads, which are not attached to
  * the virtual machine.
  *
- * A forgotten engine is closed some time after its last use. Functions throw [IllegalStateException] once the engine is closed, and [IllegalArgumentException] for values out of
- * range, with the remedy in the message.
+ * A forgotten engine is closed some time after its last use. Functions throw [IllegalStateException] once the engine is closed,
+ * and [IllegalArgumentException] for values out of range, with the remedy in the message.
  *
  * ```
  * Engine(EngineOptions(rateHz = deviceRate)).use { engine ->
@@ -277,9 +278,9 @@ class Engine @JvmOverloads constructor(options: EngineOptions = EngineOptions())
     }
 
     /**
-     * Adds an instance that stays where it is and is joined with all such instances that it touches, as if they had been built in
-     * one piece: a chunk of a streamed world, in its own coordinates, at a position in metres, from the next [tick] on. [part] may
-     * be closed then. The instance is closed to remove it; moving it is an error.
+     * Adds an instance that stays where it is and is joined with the fixed scene and with all such instances that it touches, as
+     * if they had been built in one piece: a chunk of a streamed world, in its own coordinates, at a position in metres, from the
+     * next [tick] on. [part] may be closed then. The instance is closed to remove it; moving it is an error.
      */
     fun addJoinedInstance(part: Scene, x: Float, y: Float, z: Float): Instance {
         val pose = floatArrayOf(x, y, z, 0f, 0f, 0f, 1f)

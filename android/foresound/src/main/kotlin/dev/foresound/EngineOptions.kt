@@ -40,13 +40,16 @@ enum class Layout(internal val number: Int) {
     AMBISONICS_3(Native.Layout.AMBISONICS3),
 }
 
-/** What a source's output holds ([Engine.renderSource]). */
+/** What a source's output holds ([Engine.renderSource]). Mix it in every case. */
 enum class Bus {
     /** The source's paths. */
     OWN,
-    /** The source shares a slot, or has no position: it is heard in [Engine.renderReverb]'s output. */
+    /**
+     * The source shares a slot, or has no position: it is heard in [Engine.renderReverb]'s output. What it left in a slot of its
+     * own fades out here.
+     */
     SHARED,
-    /** The source is not heard: masked by others, or the engine is paused. */
+    /** The source is not heard: masked by others, or the engine is paused. What it left in a slot of its own fades out here. */
     SILENT,
 }
 

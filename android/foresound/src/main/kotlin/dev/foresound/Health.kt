@@ -51,8 +51,8 @@ class Health internal constructor(numbers: DoubleArray) {
     val rays = numbers[Index.RAYS].toLong()
     /** Share of one core used by sound. */
     val soundShare = numbers[Index.SOUND_SHARE]
-    /** Duration of the newest update in seconds (T_SPS). */
+    /** Duration of the newest update in seconds. */
     val propagationS = numbers[Index.PROPAGATION_S]
-    /** Time between graphics frames in seconds (T_g). */
+    /** Time between graphics frames in seconds. */
     val graphicsFrameS = numbers[Index.GRAPHICS_FRAME_S]
 }

@@ -4,7 +4,7 @@ import dev.foresound.Native.ShownPath as Index
 
 /** A path as a polyline in metres, from source to listener. */
 class ShownPath internal constructor(numbers: DoubleArray, start: Int) {
-    /** Slot of the source. */
+    /** Slot of the source: [Source.slot]. */
     val sourceSlot = slotOf(numbers[start + Index.SOURCE].toLong().toInt())
     val reflections = numbers[start + Index.REFLECTIONS].toInt()
     val diffractionOrder = numbers[start + Index.DIFFRACTION_ORDER].toInt()

@@ -52,6 +52,14 @@ class Source internal constructor(
     /** Whether the engine removes it at the end of its clip ([Engine.playOnce]). */
     internal val isOneShot: Boolean = false,
 ) : AutoCloseable {
+    /**
+     * Its index among the engine's sources, 0 to [EngineOptions.maxSources] - 1: [ShownPath.sourceSlot] of its paths. No two open
+     * sources have the same; a later source may have that of a closed one. Constant. It is not one of the slots that
+     * [EngineOptions.sourceSlots] counts.
+     */
+    val slot: Int
+        get() = slotOf(id)
+
     internal val pose = Pose().apply { move(x, y, z) }
     private var moved = false
 
@@ -127,7 +135,10 @@ class Source internal constructor(
     /** Ramps its linear gain to 0 to 1000 within 0 to 3600 seconds. */
     fun fadeGain(gain: Float, seconds: Float) = engine.fadeGain(id, gain, seconds)
 
-    /** Attaches a stream through a ring buffer of [capacity] samples (1 to 16,777,216). */
+    /**
+     * Attaches a stream through a ring buffer of [capacity] samples (1 to 16,777,216). Samples are mono at the engine's
+     * rate, 1 being full scale at 1 m; they are not converted.
+     */
     fun stream(capacity: Int): SampleStream = SampleStream(engine.stream(id, capacity))
 
     /** Silences it and releases its clip or stream. */
@@ -229,7 +240,10 @@ class SourceOptions @JvmOverloads constructor(
     }
 }
 
-/** The writing end of a stream of mono samples. One thread at a time, an audio callback included: writing never waits. */
+/**
+ * The writing end of a stream. Samples are mono at the engine's rate ([Engine.rateHz]), 1 being full scale at 1 m; they are not
+ * converted. One thread at a time, an audio callback included: writing never waits.
+ */
 class SampleStream internal constructor(private val handle: Long) : AutoCloseable {
     private val handles = Cleaner.watch(this, Handles(handle))
 

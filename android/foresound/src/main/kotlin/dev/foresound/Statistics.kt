@@ -30,7 +30,7 @@ class Percentiles internal constructor(numbers: DoubleArray, start: Int) {
 class Statistics internal constructor(numbers: DoubleArray) {
     /** State of the engine. */
     val state = EngineState.entries[numbers[Index.STATE].toInt()]
-    /** Extrapolation level L in use. */
+    /** Graphics frames that an update lasts (the paper's L); at 0 every frame has an update of its own. */
     val extrapolationLevel = numbers[Index.EXTRAPOLATION_LEVEL].toInt()
     /** Paths in the update in use. */
     val paths = numbers[Index.PATHS].toInt()
