@@ -458,13 +458,17 @@ fn between(
         true => before_m / (before_m + newest_m),
         false => 1.0,
     };
-    let mix = |before: f64, newest: f64| match before.is_finite() {
+    let mix = |before: f64, newest: f64| match before.is_finite() && newest.is_finite() {
         true => before + (newest - before) * share,
         false => newest,
     };
     EdgeLimits {
         two_edge_floor: mix(before.two_edge_floor, newest.two_edge_floor),
-        two_edge_detour_m: mix(before.two_edge_detour_m, newest.two_edge_detour_m),
+        two_edge_detour_m: match (before.two_edge_detour_m, newest.two_edge_detour_m) {
+            (Some(before), Some(newest)) => Some(mix(before, newest)),
+            (before, newest) => newest.or(before),
+        },
+        left_out_energy: mix(before.left_out_energy, newest.left_out_energy),
         direct_detour_m: mix(before.direct_detour_m, newest.direct_detour_m),
         near_detours_m: match (before.near_detours_m, newest.near_detours_m) {
             (Some(before), Some(newest)) => Some([0, 1].map(|i| mix(before[i], newest[i]))),

@@ -115,8 +115,11 @@ pub struct EdgeLimits {
     /// Energy relative to the free field towards which paths over two edges fade: that of the loudest one left out of the list,
     /// summed over the bands; 0 if none is left out.
     pub two_edge_floor: f64,
-    /// Detour in metres at which the list of those that were tested ends; infinite for a list with room.
-    pub two_edge_detour_m: f64,
+    /// Detour in metres at which the list of the shortest paths over two neighbouring edges ends, infinite for a list with room and 0
+    /// if at most one edge diffracts; `None` if there was no search for them, and in a scene with instances.
+    pub two_edge_detour_m: Option<f64>,
+    /// Energy relative to the free field of the loudest edge that is left out of the direct field; 0 if none is.
+    pub left_out_energy: f64,
     /// Longest detour in metres over an edge of the direct field; infinite for a list with room.
     pub direct_detour_m: f64,
     /// The same of edges of other paths, and of those that are paired with each other however far apart; `None` if there was no
@@ -129,7 +132,8 @@ impl Default for EdgeLimits {
     fn default() -> Self {
         Self {
             two_edge_floor: 0.0,
-            two_edge_detour_m: f64::INFINITY,
+            two_edge_detour_m: None,
+            left_out_energy: 0.0,
             direct_detour_m: f64::INFINITY,
             near_detours_m: None,
         }

@@ -9,22 +9,20 @@ use std::f64::consts::PI;
 use crate::acoustics::{BANDS, BandArray, smoothstep};
 use crate::propagation::amplitude::{apply_directivity, free_field};
 use crate::propagation::diffraction::complex::{Complex, ComplexBands};
+use crate::propagation::diffraction::direct_edges::{DirectEdges, MAX_DIRECT_EDGES, SeenEdges};
 use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
+use crate::propagation::diffraction::near_list::continued_share;
 use crate::propagation::diffraction::open_legs::open_share;
 use crate::propagation::diffraction::ranked_list::{rank_weight, rank_weight_in_light};
-use crate::propagation::diffraction::second_order::continued_share;
 use crate::propagation::diffraction::two_edge_path::{self, TwoEdgePath};
-use crate::propagation::diffraction::wedge_geometry::{WedgeAngles, on_side};
+use crate::propagation::diffraction::wedge_geometry::on_side;
 use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::{EdgeLimits, Path};
 use crate::propagation::transmission::{direct_path, direct_path_of};
 use crate::scene::Scene;
-use crate::scene::edges::{EdgeCrossing, MAX_DIFFRACTING_EDGES};
-
-/// Most edges of one source's direct field. Of so many the quietest is silent (`ranked_list.rs`).
-pub const MAX_DIRECT_EDGES: usize = 8;
+use crate::scene::edges::EdgeCrossing;
 
 /// Phase of the detour in radians up to which the diffracted wave is part of the direct path, and from which it is a
 /// separate path.
@@ -36,105 +34,12 @@ const SEPARATE_PHASE: f64 = 2.0 * PI;
 const MASKED_DETOUR_M: f64 = 5e-3;
 
 /// Detour over the nearest edge in metres, times `Scene::length_scale`, up to which waves over other edges are part of that path
-/// in the shadow, as they are part of the direct path in the light. In the light also the detour over another edge up to which a leg
-/// of a wave is nearly hidden by it ([`open_share`]): 1 to 10 cm beside the leg.
+/// in the shadow, as they are part of the direct path in the light. Also the detour over another edge up to which a leg of a wave is
+/// nearly hidden by it ([`open_share`]): 1 to 10 cm beside the leg.
 const JOINED_DETOUR_M: f64 = 5e-4;
 
 /// Energy of a wave relative to the straight path's up to which it ends whole where another edge hides it: −30 dB.
 const LEAST_FADED: f64 = 1e-3;
-
-/// Edges of the direct field, shortest path first.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct DirectEdges {
-    edges: [u32; MAX_DIRECT_EDGES],
-    count: usize,
-}
-
-impl DirectEdges {
-    /// Indices of the edges.
-    pub fn as_slice(&self) -> &[u32] {
-        &self.edges[..self.count]
-    }
-
-    fn push(&mut self, edge: u32) {
-        self.edges[self.count] = edge;
-        self.count += 1;
-    }
-
-    /// Adds an edge unless it is there or there is no room.
-    pub(super) fn insert(&mut self, edge: u32) {
-        if self.count < MAX_DIRECT_EDGES && !self.as_slice().contains(&edge) {
-            self.push(edge);
-        }
-    }
-}
-
-/// Most edges of a list that are visible from both ends.
-const MAX_SEEN_EDGES: usize = MAX_DIFFRACTING_EDGES;
-
-/// The edges of a list that are visible from both ends, in its order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SeenEdges {
-    edges: [u32; MAX_SEEN_EDGES],
-    count: usize,
-}
-
-impl SeenEdges {
-    const NONE: Self = Self {
-        edges: [0; MAX_SEEN_EDGES],
-        count: 0,
-    };
-
-    /// Indices of the edges.
-    pub fn as_slice(&self) -> &[u32] {
-        &self.edges[..self.count]
-    }
-
-    fn push(&mut self, edge: u32) {
-        if let Some(free) = self.edges.get_mut(self.count) {
-            *free = edge;
-            self.count += 1;
-        }
-    }
-
-    /// Whether these are the edges of another list that are visible from both ends now. Both ends lie in the exterior wedges of the
-    /// listed edges ([`Scene::diffracting_edges_over`]). Adds the rays cast to `rays`.
-    pub fn are_seen(
-        &self,
-        scene: &Scene,
-        endpoints: &Endpoints,
-        listed: impl Iterator<Item = (u32, f64)>,
-        rays: &mut u64,
-    ) -> bool {
-        let mut seen = 0;
-        for (edge, share) in listed {
-            let is_old = self.as_slice().contains(&edge);
-            let is_new = share > 0.0 && sees_edge(scene, endpoints, edge, rays);
-            if is_new != is_old {
-                return false;
-            }
-            seen += usize::from(is_new);
-        }
-        seen == self.count
-    }
-}
-
-/// `WedgeAngles::sides` of the paths over edges, in their order. While they stay, waves change steadily with the positions of
-/// source and listener.
-pub fn boundary_sides(
-    scene: &Scene,
-    endpoints: &Endpoints,
-    edges: &DirectEdges,
-) -> [u32; MAX_DIRECT_EDGES] {
-    let (from, to) = local_positions(scene, endpoints);
-    let mut sides = [0; MAX_DIRECT_EDGES];
-    for (sides, &edge) in sides.iter_mut().zip(edges.as_slice()) {
-        let edge = &scene.edge(edge);
-        let angles = WedgeAngles::between(edge, from, to);
-        *sides = angles.map_or(0, |angles| angles.sides());
-    }
-    sides
-}
 
 /// For [`direct_field`]: paths over two edges continue all waves over one.
 pub fn no_limits(_: &DirectField, _: &mut u64, _: &mut dyn FnMut(Path)) -> EdgeLimits {
@@ -161,6 +66,8 @@ pub struct DirectField {
     pub two_edge_share: f32,
     /// Energy of the quietest of [`MAX_DIRECT_EDGES`] edges relative to the straight path's; 0 of fewer.
     pub least_energy: f64,
+    /// That of the loudest one left out; 0 if none is.
+    pub left_out_energy: f64,
 }
 
 impl Default for DirectField {
@@ -174,6 +81,7 @@ impl Default for DirectField {
             through: [1.0; BANDS],
             two_edge_share: 0.0,
             least_energy: 0.0,
+            left_out_energy: 0.0,
         }
     }
 }
@@ -228,20 +136,14 @@ impl FirstOrderPath {
         &self,
         scene: &Scene,
         endpoints: &Endpoints,
-        seen: &SeenEdges,
+        listed: &[u32],
         hidden_m: f64,
     ) -> f64 {
-        let seen = seen.as_slice();
-        let index = seen.iter().position(|seen| *seen == self.edge);
-        let nearer = &seen[..index.unwrap_or(0)];
+        let index = listed.iter().position(|listed| *listed == self.edge);
+        let nearer = &listed[..index.unwrap_or(0)];
+        let over = (self.edge, self.crossing.apex);
         let ends = local_positions(scene, endpoints).into();
-        open_share(
-            scene,
-            (self.edge, self.crossing.apex),
-            ends,
-            nearer,
-            hidden_m,
-        )
+        open_share(scene, over, ends, nearer, hidden_m)
     }
 
     fn field(self, scene: &Scene, endpoints: &Endpoints, is_lit: bool) -> FirstOrderField {
@@ -262,21 +164,6 @@ impl FirstOrderPath {
     }
 }
 
-/// Whether nothing occludes the path over an edge that [`FirstOrderPath::over`] would find, without its angles: both ends have to lie
-/// in the edge's exterior wedge, as in a list of near edges.
-fn sees_edge(scene: &Scene, endpoints: &Endpoints, edge: u32, rays: &mut u64) -> bool {
-    let (from, to) = local_positions(scene, endpoints);
-    let edge = scene.edge(edge);
-    let Some(along_m) = edge.clamped(edge.apex_m(from, to)) else {
-        return false;
-    };
-    let apex = edge.at(along_m);
-    let detour_m = from.distance(apex) + apex.distance(to) - from.distance(to);
-    let sight_point = edge_wave::sight_point(&edge, apex, edge.outward());
-    let mut sees = |end| is_unoccluded(scene, end, sight_point, edge.faces, rays);
-    fade_out(scene, detour_m) > 0.0 && sees(to) && sees(from)
-}
-
 /// Share of the incident part that is added to a visible straight path, by the phase of the detour in radians.
 pub(super) fn merged_share(phase: f64) -> f64 {
     1.0 - smoothstep((phase - MERGED_PHASE) / (SEPARATE_PHASE - MERGED_PHASE))
@@ -295,8 +182,8 @@ struct Loudest {
     fields: [Option<FirstOrderField>; MAX_DIRECT_EDGES],
     energies: [f64; MAX_DIRECT_EDGES],
     count: usize,
-    /// The greatest energies of those left out, greatest first.
-    left_out: [f64; MAX_DIRECT_EDGES],
+    /// The greatest energy of those left out.
+    left_out: f64,
 }
 
 impl Loudest {
@@ -305,7 +192,7 @@ impl Loudest {
             fields: [const { None }; MAX_DIRECT_EDGES],
             energies: [0.0; MAX_DIRECT_EDGES],
             count: 0,
-            left_out: [0.0; MAX_DIRECT_EDGES],
+            left_out: 0.0,
         }
     }
 
@@ -322,30 +209,6 @@ impl Loudest {
         }
     }
 
-    fn leave_out(&mut self, energy: f64) {
-        let index = self.left_out.partition_point(|other| *other >= energy);
-        if index < MAX_DIRECT_EDGES {
-            self.left_out[index..].rotate_right(1);
-            self.left_out[index] = energy;
-        }
-    }
-
-    /// Energy of the last place of a full list, towards which the paths fade, with factors of the listed fields' amplitudes;
-    /// otherwise 0.
-    fn floor(&self, factors: &[f64; MAX_DIRECT_EDGES]) -> f64 {
-        if self.count < MAX_DIRECT_EDGES {
-            return 0.0;
-        }
-        let mut ranked = [0.0; 2 * MAX_DIRECT_EDGES];
-        let (listed, left_out) = ranked.split_at_mut(MAX_DIRECT_EDGES);
-        for (index, ranked) in listed.iter_mut().enumerate() {
-            *ranked = self.energies[index] * factors[index] * factors[index];
-        }
-        left_out.copy_from_slice(&self.left_out);
-        ranked.sort_unstable_by(|a, b| b.total_cmp(a));
-        ranked[MAX_DIRECT_EDGES - 1]
-    }
-
     /// Adds a field; of too many the quietest is left out, so that lists of neighbouring listeners differ little.
     fn push(&mut self, field: FirstOrderField, energy: f64) {
         if self.count < MAX_DIRECT_EDGES {
@@ -357,10 +220,10 @@ impl Loudest {
         let ranked = self.energies.iter().enumerate();
         let quietest = ranked.min_by(|a, b| a.1.total_cmp(b.1));
         let Some((index, least)) = quietest.filter(|(_, least)| **least < energy) else {
-            self.leave_out(energy);
+            self.left_out = self.left_out.max(energy);
             return;
         };
-        self.leave_out(*least);
+        self.left_out = self.left_out.max(*least);
         self.fields[index..].rotate_left(1);
         self.energies[index..].rotate_left(1);
         self.fields[MAX_DIRECT_EDGES - 1] = Some(field);
@@ -512,9 +375,8 @@ pub fn direct_field(
         let mut energy = field.energy(spreading);
         let shadow_share = shadow_share(nearest.0);
         if shadow_share < 1.0 && energy > loudest.least_energy().max(LEAST_FADED) {
-            let open = field
-                .path
-                .open_share(scene, endpoints, &result.seen, joined_m);
+            let seen = result.seen.as_slice();
+            let open = field.path.open_share(scene, endpoints, seen, joined_m);
             let factor = shadow_share + (1.0 - shadow_share) * open;
             field.scale(factor);
             energy *= factor * factor;
@@ -527,21 +389,29 @@ pub fn direct_field(
     for (field, _) in fields() {
         result.edges.push(field.path.edge);
     }
-    result.least_energy = loudest.as_ref().map_or(0.0, Loudest::least_energy);
-    let limits = two_edge_paths(&result, rays, emit);
-    // In the light fields have faded already.
-    let mut faded = [1.0; MAX_DIRECT_EDGES];
+    let mut open = [1.0; MAX_DIRECT_EDGES];
     if shadow_share > 0.0 {
-        for (faded, (field, energy)) in faded.iter_mut().zip(fields()) {
-            let continued = continued_share(energy, field.path.detour_m, &limits);
-            if continued < 1.0 && energy > LEAST_FADED {
-                let path = &field.path;
-                let open = path.open_share(scene, endpoints, &result.seen, joined_m);
-                *faded = 1.0 - shadow_share * (1.0 - continued) * (1.0 - open);
+        let seen = result.seen.as_slice();
+        for (open, (field, energy)) in open.iter_mut().zip(fields()) {
+            if energy > LEAST_FADED {
+                *open = field.path.open_share(scene, endpoints, seen, joined_m);
             }
         }
     }
-    let least = loudest.as_ref().map_or(0.0, |list| list.floor(&faded));
+    // In the light fields have faded already.
+    let in_list = open.map(|open| 1.0 - shadow_share * (1.0 - open));
+    let least_energy = loudest.as_ref().map_or(0.0, Loudest::least_energy);
+    let least_faded = fields().zip(in_list);
+    let least_faded = least_faded.fold(least_energy, |least, ((_, energy), factor)| {
+        least.min(energy * factor * factor)
+    });
+    result.left_out_energy = loudest.as_ref().map_or(0.0, |list| list.left_out);
+    result.least_energy = least_faded.max(result.left_out_energy);
+    let limits = two_edge_paths(&result, rays, emit);
+    // Where another edge begins to hide one of a full list, what is left out takes its place.
+    let least = result
+        .least_energy
+        .max(limits.left_out_energy.min(least_energy));
     let nearness = match !result.visible && fields().any(|(field, _)| field.path.edge == nearest.1)
     {
         true => 1.0 - smoothstep(nearest.0 / joined_m),
@@ -549,11 +419,14 @@ pub fn direct_field(
     };
     let mut beside_boundary: Option<([Complex; BANDS], EdgeCrossing, f64)> = None;
     let mut done = DirectEdges::default();
-    for ((field, energy), faded) in fields().zip(faded) {
+    for ((field, energy), open) in fields().zip(open) {
         // By the whole energy, as that of the path over two edges which continues it.
         let weight = shadow_share * rank_weight(energy, least)
             + (1.0 - shadow_share) * rank_weight_in_light(energy, least);
-        let weight = weight * faded;
+        let continued = continued_share(energy, field.path.detour_m, least, &limits);
+        let in_light = shadow_share + (1.0 - shadow_share) * open;
+        let hidden = shadow_share * (1.0 - continued) * (1.0 - open);
+        let weight = weight * (1.0 - hidden / in_light.max(f64::MIN_POSITIVE));
         let edge = field.path.edge;
         let length_m = field.path.crossing.length_m();
         let spreading = spreading(straight_m, length_m, min_distance_m);

@@ -20,6 +20,7 @@
 
 pub mod biot_tolstoy;
 pub mod complex;
+mod direct_edges;
 mod edge_ends;
 pub mod edge_wave;
 pub mod first_order;
@@ -40,9 +41,10 @@ pub mod wedge_geometry;
 pub mod wide_source;
 pub mod with_reflections;
 
-pub use crate::propagation::diffraction::first_order::{
-    DirectEdges, DirectField, MAX_DIRECT_EDGES, SeenEdges, boundary_sides, direct_field, no_limits,
+pub use crate::propagation::diffraction::direct_edges::{
+    DirectEdges, MAX_DIRECT_EDGES, SeenEdges, boundary_sides,
 };
+pub use crate::propagation::diffraction::first_order::{DirectField, direct_field, no_limits};
 pub use crate::propagation::diffraction::lit_reflection::{path_in_shadow, reflection_gain};
 pub use crate::propagation::diffraction::reflection_edges::{
     MAX_REFLECTED_EDGE_PATHS, ReflectionEdges,
@@ -122,6 +124,10 @@ pub fn update(
     let mut near = None;
     let two_edge_paths = |field: &DirectField, rays: &mut u64, emit: &mut dyn FnMut(Path)| {
         let has_two_edges = diffraction_order > 1 && field.two_edge_share > 0.0;
+        limits.left_out_energy = field.left_out_energy;
+        if diffraction_order == 1 {
+            limits.two_edge_detour_m = Some(0.0);
+        }
         if diffraction_order == 0 || field.visible && !has_two_edges {
             return limits;
         }

@@ -6,6 +6,7 @@
 use glam::DVec3;
 
 use crate::acoustics::smoothstep;
+use crate::propagation::diffraction::ranked_list::rank_weight;
 use crate::propagation::path::EdgeLimits;
 use crate::scene::Scene;
 use crate::scene::edges::Edge;
@@ -24,6 +25,28 @@ pub(super) fn list_share(detour_m: f64, longest_m: f64) -> f64 {
     let faded_m = (FADED_SHARE * longest_m).max(f64::MIN_POSITIVE);
     let share = smoothstep((longest_m - detour_m) / faded_m);
     if share < LEAST_SHARE { 0.0 } else { share }
+}
+
+/// Energy of the path over two edges that continues a wave over one, relative to that wave's, where the second edge begins to hide it:
+/// half of its amplitude.
+pub(super) const HIDDEN_ENERGY: f64 = 0.25;
+
+/// Amplitude factor at the boundary where a second edge begins to hide a wave over one edge with this energy and detour: 1 where the
+/// path over both edges continues it, 0 where that path is too long or too quiet for its lists. `least_energy` is
+/// [`DirectField::least_energy`](super::DirectField::least_energy).
+pub(super) fn continued_share(
+    energy: f64,
+    detour_m: f64,
+    least_energy: f64,
+    limits: &EdgeLimits,
+) -> f64 {
+    let own = rank_weight(energy, least_energy);
+    if own <= 0.0 {
+        return 0.0;
+    }
+    let other = rank_weight(HIDDEN_ENERGY * energy, limits.two_edge_floor);
+    let longest_m = limits.two_edge_detour_m.unwrap_or(f64::INFINITY);
+    (other / own).min(1.0) * list_share(detour_m, longest_m)
 }
 
 /// The point of an edge over which the path between two points is the shortest.

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
+use crate::propagation::diffraction::direct_edges::DirectEdges;
 use crate::propagation::diffraction::edge_wave::local_positions;
-use crate::propagation::diffraction::first_order::DirectEdges;
 use crate::propagation::diffraction::near_list::{
-    LEAST_SHARE, list_share, nearest_point, two_edge_share,
+    HIDDEN_ENERGY, LEAST_SHARE, nearest_point, two_edge_share,
 };
 use crate::propagation::diffraction::ranked_list::{insert_ranked, rank_weight};
 use crate::propagation::diffraction::two_edge_path::{
@@ -32,10 +32,6 @@ pub(super) const MAX_PAIRED_APART: usize = 16;
 /// Relative error of the lengths by which near edges are ranked, far above it: they exceed those of their paths by a millionth at
 /// corners.
 const RANK_ROUNDING: f64 = 1e-5;
-
-/// Energy of the path over two edges that continues a wave over one, relative to that wave's, where the second edge begins to hide it:
-/// half of its amplitude.
-const HIDDEN_ENERGY: f64 = 0.25;
 
 /// Pairs of edges in the order in which sound crosses them.
 #[derive(Debug, Clone, Copy)]
@@ -90,7 +86,7 @@ struct Search<'a> {
 /// `near` too, or one belongs to an instance ([`moving_edge_pairs`]). Paths that waves over one of the `direct` edges include are
 /// left out. Sets [`EdgeLimits::two_edge_floor`], the energy that they fade towards (`ranked_list.rs`): that of the loudest one that is
 /// left out of the list, or of the path that continues the wave of `least_energy` over one edge, where that is more; and
-/// [`EdgeLimits::two_edge_detour_m`]. Adds the rays cast to `rays`. `known` holds the pairs of an earlier call and is renewed; it
+/// [`EdgeLimits::two_edge_detour_m`], but not in a scene with instances. Adds the rays cast to `rays`. `known` holds the pairs of an earlier call and is renewed; it
 /// shortens the search and does not change the result.
 pub fn find(
     scene: &Scene,
@@ -142,15 +138,8 @@ pub fn find(
     limits.two_edge_floor = floor;
     // Pairs between rigid bodies have other lists.
     if !scene.has_instances() {
-        limits.two_edge_detour_m = last_m(&shortest) - from.distance(to);
+        limits.two_edge_detour_m = Some(last_m(&shortest) - from.distance(to));
     }
-}
-
-/// Amplitude factor at the boundary where a second edge begins to hide a wave over one edge with this energy and detour: 1 where the
-/// path over both edges continues it, 0 where that path is too long or too quiet for its lists.
-pub(super) fn continued_share(energy: f64, detour_m: f64, limits: &EdgeLimits) -> f64 {
-    rank_weight(HIDDEN_ENERGY * energy, limits.two_edge_floor)
-        * list_share(detour_m, limits.two_edge_detour_m)
 }
 
 /// A path with its weight in a list of the loudest that ends at the energy `floor`, if it has one.

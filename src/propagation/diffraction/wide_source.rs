@@ -20,10 +20,9 @@ use crate::acoustics::{BANDS, BandArray, smoothstep};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::amplitude::{apply_directivity, free_field};
+use crate::propagation::diffraction::direct_edges::MAX_DIRECT_EDGES;
 use crate::propagation::diffraction::edge_wave::wavenumbers;
-use crate::propagation::diffraction::first_order::{
-    DirectField, MAX_DIRECT_EDGES, direct_field, no_limits,
-};
+use crate::propagation::diffraction::first_order::{DirectField, direct_field, no_limits};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::path::{EdgeLimits, Path};
 use crate::propagation::transmission::unoccluded_path;
