@@ -115,8 +115,8 @@ pub struct EdgeLimits {
     /// Energy relative to the free field towards which paths over two edges fade: that of the loudest one left out of the list,
     /// summed over the bands; 0 if none is left out.
     pub two_edge_floor: f64,
-    /// Detour in metres at which the list of the shortest paths over two neighbouring edges ends, infinite for a list with room and 0
-    /// if at most one edge diffracts; `None` if there was no search for them, and in a scene with instances.
+    /// Detour in metres at which the list of the shortest paths over two neighbouring edges ends, infinite for a list with room;
+    /// `None` if there was no search for them, and in a scene with instances.
     pub two_edge_detour_m: Option<f64>,
     /// Energy relative to the free field of the loudest edge that is left out of the direct field; 0 if none is.
     pub left_out_energy: f64,

@@ -390,7 +390,8 @@ pub fn direct_field(
         result.edges.push(field.path.edge);
     }
     let mut open = [1.0; MAX_DIRECT_EDGES];
-    if shadow_share > 0.0 {
+    // Edges of different rigid bodies are no neighbours: one commit with both would find others that hide them.
+    if shadow_share > 0.0 && !scene.has_instances() {
         let seen = result.seen.as_slice();
         for (open, (field, energy)) in open.iter_mut().zip(fields()) {
             if energy > LEAST_FADED {
@@ -409,9 +410,12 @@ pub fn direct_field(
     result.least_energy = least_faded.max(result.left_out_energy);
     let limits = two_edge_paths(&result, rays, emit);
     // Where another edge begins to hide one of a full list, what is left out takes its place.
-    let least = result
-        .least_energy
-        .max(limits.left_out_energy.min(least_energy));
+    let least = match limits.two_edge_detour_m {
+        Some(_) => result
+            .least_energy
+            .max(limits.left_out_energy.min(least_energy)),
+        None => least_energy,
+    };
     let nearness = match !result.visible && fields().any(|(field, _)| field.path.edge == nearest.1)
     {
         true => 1.0 - smoothstep(nearest.0 / joined_m),

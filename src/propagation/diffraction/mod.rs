@@ -125,9 +125,6 @@ pub fn update(
     let two_edge_paths = |field: &DirectField, rays: &mut u64, emit: &mut dyn FnMut(Path)| {
         let has_two_edges = diffraction_order > 1 && field.two_edge_share > 0.0;
         limits.left_out_energy = field.left_out_energy;
-        if diffraction_order == 1 {
-            limits.two_edge_detour_m = Some(0.0);
-        }
         if diffraction_order == 0 || field.visible && !has_two_edges {
             return limits;
         }
