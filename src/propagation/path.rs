@@ -118,7 +118,7 @@ pub struct EdgeLimits {
     /// Detour in metres at which the list of the shortest paths over two neighbouring edges ends, infinite for a list with room;
     /// `None` if there was no search for them, and in a scene with instances.
     pub two_edge_detour_m: Option<f64>,
-    /// Energy relative to the free field of the loudest edge that is left out of the direct field; 0 if none is.
+    /// Energy relative to the free field of the loudest wave over one edge that is left out of the direct field; 0 if none is.
     pub left_out_energy: f64,
     /// Longest detour in metres over an edge of the direct field; infinite for a list with room.
     pub direct_detour_m: f64,

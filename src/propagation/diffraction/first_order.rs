@@ -64,9 +64,11 @@ pub struct DirectField {
     /// Amplitude factor of paths over two edges: 1 in the shadow and at its boundary, and beside it falling to 0, where the
     /// direct path masks them.
     pub two_edge_share: f32,
-    /// Energy of the quietest of [`MAX_DIRECT_EDGES`] edges relative to the straight path's; 0 of fewer.
+    /// Energy towards which waves over the edges of a full list fade, relative to the straight path's: that of the quietest one,
+    /// and less, down to [`Self::left_out_energy`], where another edge begins to hide one of them in the shadow; 0 if there is
+    /// room.
     pub least_energy: f64,
-    /// That of the loudest one left out; 0 if none is.
+    /// Energy of the loudest wave for which the list has no room, relative to the straight path's; 0 if there is room.
     pub left_out_energy: f64,
 }
 

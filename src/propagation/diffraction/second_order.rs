@@ -86,8 +86,8 @@ struct Search<'a> {
 /// `near` too, or one belongs to an instance ([`moving_edge_pairs`]). Paths that waves over one of the `direct` edges include are
 /// left out. Sets [`EdgeLimits::two_edge_floor`], the energy that they fade towards (`ranked_list.rs`): that of the loudest one that is
 /// left out of the list, or of the path that continues the wave of `least_energy` over one edge, where that is more; and
-/// [`EdgeLimits::two_edge_detour_m`], but not in a scene with instances. Adds the rays cast to `rays`. `known` holds the pairs of an earlier call and is renewed; it
-/// shortens the search and does not change the result.
+/// [`EdgeLimits::two_edge_detour_m`], but not in a scene with instances. Adds the rays cast to `rays`. `known` holds the pairs of an
+/// earlier call and is renewed; it shortens the search and does not change the result.
 pub fn find(
     scene: &Scene,
     endpoints: &Endpoints,

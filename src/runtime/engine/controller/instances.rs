@@ -38,7 +38,8 @@ impl Controller {
     }
 
     /// Adds an instance that stays where it is and is joined with the fixed scene and with all such instances that it touches, as
-    /// if they had been committed in one piece: for chunks of a streamed world. From the next tick on; audible with the next update, and in the late reverb
+    /// if they had been committed in one piece: for chunks of a streamed world. From the next tick on; audible with the next
+    /// update, and in the late reverb
     /// some tens of updates later. [`Self::remove_instance`] removes it. Allocates.
     ///
     /// # Errors
