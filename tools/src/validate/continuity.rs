@@ -24,12 +24,20 @@ const STEPS: i32 = 60;
 /// Bands that are compared: up to 500 Hz, where the phase of a path changes by 0.05 in a step.
 const COMPARED: usize = 4;
 
+/// Where sources are. From the second an edge with a detour of 4 m begins behind another one: the step was 2.05 dB while it began whole.
+const SOURCES: [Vec3; 2] = [Vec3::new(1.3, 1.4, 0.6), Vec3::new(-2.0, 1.4, 1.0)];
+
 /// Largest step in dB.
 const STEP_BOUND_DB: f64 = 1.0;
 
 pub(super) fn rows() -> Result<Vec<Row>> {
+    let rows = SOURCES.map(rows_of);
+    Ok(rows.into_iter().collect::<Result<Vec<_>>>()?.concat())
+}
+
+fn rows_of(place: Vec3) -> Result<Vec<Row>> {
     let mut propagator = Propagator::new(ring().commit()?, solids::settings())?;
-    let mut source = SourcePose::at(SourceId::new(0, 0), Vec3::new(1.3, 1.4, 0.6));
+    let mut source = SourcePose::at(SourceId::new(0, 0), place);
     source.settings.effects.reflections = false;
     source.settings.effects.late = false;
     let mut steps_db = Vec::new();
@@ -50,7 +58,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
     }
     steps_db.sort_by(f64::total_cmp);
     let index = steps_db.len() * 99 / 100;
-    let name = "continuity: ring of stones";
+    let name = format!("continuity: ring of stones, source at {place}");
     Ok(vec![
         Row::at_most(
             format!("{name}, largest step in 5 mm"),
