@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 use super::late_particles::{Echogram, LATE_S, STEP_S, axis_shares};
 use super::late_rooms::{self, Room};
 use super::{Case, Row, late_reference, rooms};
-use foresound::acoustics::BandArray;
+use foresound::acoustics::{BANDS, BandArray};
 use foresound::error::Result;
 use foresound::propagation::diffuse::late_segments;
 use foresound::propagation::{LATE_DIRECTION_VECTORS, PathSet, PropagationSettings, Propagator};
@@ -27,6 +27,12 @@ const SPEED_M_S: f64 = 343.4;
 
 /// Seeds of the rays that the scatter is taken over.
 const SEEDS: u64 = 6;
+
+/// Names of the law's figures: times in % of the exact ones, C80 and level in dB.
+pub const FIGURES: [&str; 5] = ["EDT", "T20", "T30", "C80", "level after 80 ms"];
+
+/// Their bounds.
+pub(super) const BOUNDS: [f64; 5] = [10.0, 10.0, 10.0, 1.0, 1.0];
 
 /// The law's figures of one response in one octave.
 struct Figures {
@@ -49,6 +55,34 @@ impl Figures {
     }
 }
 
+/// By how much the law's figures are off in the octave in which each is most; too long and too loud are positive. `direct` is the
+/// direct sound's energy per band.
+pub(super) fn worst_errors(ours: &Echogram, exact: &Echogram, direct: [f64; BANDS]) -> [f64; 5] {
+    let mut worst = [0.0f64; 5];
+    for band in BANDS_JUDGED {
+        let ours = Figures::of(ours, band, direct[band]);
+        let exact = Figures::of(exact, band, direct[band]);
+        let ratio = |a: Option<f64>, b: Option<f64>| match (a, b) {
+            (Some(a), Some(b)) => 100.0 * (a / b - 1.0),
+            (_, None) => 0.0,
+            (None, Some(_)) => 100.0,
+        };
+        let off = [
+            ratio(ours.edt_s, exact.edt_s),
+            ratio(ours.t20_s, exact.t20_s),
+            ratio(ours.t30_s, exact.t30_s),
+            ours.clarity_db - exact.clarity_db,
+            ours.late_db - exact.late_db,
+        ];
+        for (worst, off) in worst.iter_mut().zip(off) {
+            if off.abs() > worst.abs() {
+                *worst = off;
+            }
+        }
+    }
+    worst
+}
+
 /// Law *late/slopes*: EDT, T20, T30, and C80 and the level from 80 ms after the direct sound on, in every octave.
 pub(super) fn slopes() -> Result<Vec<Row>> {
     let mut rows = Vec::new();
@@ -57,33 +91,12 @@ pub(super) fn slopes() -> Result<Vec<Row>> {
         let set = propagate(&scene, &room, 1)?;
         let ours = echogram_of(&set);
         let exact = late_reference::find(&room, &scene)?;
-        let direct = direct_energy(&set);
-        let mut worst = [0.0f64; 5];
-        for band in BANDS_JUDGED {
-            let ours = Figures::of(&ours, band, direct[band]);
-            let exact = Figures::of(&exact, band, direct[band]);
-            let ratio = |a: Option<f64>, b: Option<f64>| match (a, b) {
-                (Some(a), Some(b)) => 100.0 * (a / b - 1.0).abs(),
-                (_, None) => 0.0,
-                (None, Some(_)) => 100.0,
-            };
-            let off = [
-                ratio(ours.edt_s, exact.edt_s),
-                ratio(ours.t20_s, exact.t20_s),
-                ratio(ours.t30_s, exact.t30_s),
-                (ours.clarity_db - exact.clarity_db).abs(),
-                (ours.late_db - exact.late_db).abs(),
-            ];
-            for (worst, off) in worst.iter_mut().zip(off) {
-                *worst = worst.max(off);
-            }
-        }
+        let worst = worst_errors(&ours, &exact, direct_energy(&set));
         let mut case = Case::new(format!("late/slopes: {}", room.name));
-        case.at_most("EDT", worst[0], 10.0, "%");
-        case.at_most("T20", worst[1], 10.0, "%");
-        case.at_most("T30", worst[2], 10.0, "%");
-        case.at_most("C80", worst[3], 1.0, "dB");
-        case.at_most("level after 80 ms", worst[4], 1.0, "dB");
+        for ((figure, bound), off) in FIGURES.into_iter().zip(BOUNDS).zip(worst) {
+            let unit = if bound > 1.0 { "%" } else { "dB" };
+            case.at_most(figure, off.abs(), bound, unit);
+        }
         rows.extend(case.rows);
     }
     Ok(rows)
@@ -118,8 +131,11 @@ pub(super) fn independence() -> Result<Vec<Row>> {
         let scene = room.scene()?;
         let own = SourcePose::at(SourceId::new(1, 0), room.source);
         let other = SourcePose::at(SourceId::new(0, 0), Vec3::new(2.0, 1.5, 4.0));
-        let alone = of_source(&update(&scene, room.listener, &[own], 1)?, own.id);
-        let both = of_source(&update(&scene, room.listener, &[other, own], 1)?, own.id);
+        let alone = of_source(&update(&scene, room.listener, &[own], &seeded(1))?, own.id);
+        let both = of_source(
+            &update(&scene, room.listener, &[other, own], &seeded(1))?,
+            own.id,
+        );
         let (mut time, mut level) = (0.0f64, 0.0f64);
         for band in BANDS_JUDGED {
             let times = [&alone, &both].map(|e| e.decay_time_s(band, -5.0, -35.0));
@@ -209,20 +225,24 @@ pub(super) fn late_decay_times(set: &PathSet) -> BandArray {
 
 fn propagate(scene: &Arc<Scene>, room: &Room, seed: u64) -> Result<PathSet> {
     let source = SourcePose::at(SourceId::new((seed % 3) as u16, 0), room.source);
-    update(scene, room.listener, &[source], seed)
+    update(scene, room.listener, &[source], &seeded(seed))
 }
 
-fn update(
+fn seeded(seed: u64) -> PropagationSettings {
+    PropagationSettings {
+        seed,
+        ..PropagationSettings::default()
+    }
+}
+
+/// What propagation finds after its warm-up.
+pub(super) fn update(
     scene: &Arc<Scene>,
     listener: Vec3,
     sources: &[SourcePose],
-    seed: u64,
+    settings: &PropagationSettings,
 ) -> Result<PathSet> {
-    let settings = PropagationSettings {
-        seed,
-        ..PropagationSettings::default()
-    };
-    let mut propagator = Propagator::new(Arc::clone(scene), settings)?;
+    let mut propagator = Propagator::new(Arc::clone(scene), *settings)?;
     let ear = ListenerPose::facing(listener, 0.0);
     propagator.warm_up(&ear, sources);
     let mut set = PathSet::default();
@@ -231,14 +251,14 @@ fn update(
 }
 
 /// Energy of the direct path per band.
-fn direct_energy(set: &PathSet) -> [f64; 8] {
+pub(super) fn direct_energy(set: &PathSet) -> [f64; BANDS] {
     let direct = set.paths.iter().find(|path| path.is_direct());
     let energy = |a: f32| f64::from(a).powi(2);
-    direct.map_or([0.0; 8], |path| path.amplitude.map(energy))
+    direct.map_or([0.0; BANDS], |path| path.amplitude.map(energy))
 }
 
 /// Discrete paths but the direct one, and late energy, of the first source.
-fn echogram_of(set: &PathSet) -> Echogram {
+pub(super) fn echogram_of(set: &PathSet) -> Echogram {
     of_source(set, set.sources[0].id)
 }
 

@@ -52,7 +52,12 @@ const LEGS_IN_A_CUBE: u64 = LEGS / 10;
 pub(super) const OUT_OF_A_CONTAINER: &str = "out of a container";
 
 /// A material whose absorption is the same in all bands.
-fn plain(name: &str, absorption: f32, scattering: f32, loss_db: Option<f32>) -> Material {
+pub(super) fn plain(
+    name: &str,
+    absorption: f32,
+    scattering: f32,
+    loss_db: Option<f32>,
+) -> Material {
     Material {
         name: name.to_owned(),
         absorption: [absorption; BANDS],
@@ -62,7 +67,11 @@ fn plain(name: &str, absorption: f32, scattering: f32, loss_db: Option<f32>) -> 
 }
 
 /// The six faces of a box; `materials` of x = low, x = high, y = low, …; `None` leaves a face open.
-fn box_faces(low: [f64; 3], high: [f64; 3], materials: [Option<usize>; 6]) -> Vec<Panel> {
+pub(super) fn box_faces(
+    low: [f64; 3],
+    high: [f64; 3],
+    materials: [Option<usize>; 6],
+) -> Vec<Panel> {
     let corners = [DVec3::from(low), DVec3::from(high)];
     let face = |(number, material): (usize, Option<usize>)| {
         let axis = number / 2;
@@ -77,7 +86,12 @@ fn box_faces(low: [f64; 3], high: [f64; 3], materials: [Option<usize>; 6]) -> Ve
 }
 
 /// A wall across the x axis with a door from the floor: three panels.
-fn wall_with_door(x: f64, size: [f64; 2], door: [f64; 3], material: usize) -> Vec<Panel> {
+pub(super) fn wall_with_door(
+    x: f64,
+    size: [f64; 2],
+    door: [f64; 3],
+    material: usize,
+) -> Vec<Panel> {
     let [height, depth] = size;
     let [door_low, door_high, door_height] = door;
     let panel = |y: [f64; 2], z: [f64; 2]| Panel {
@@ -290,14 +304,18 @@ fn classroom() -> Room {
     }
 }
 
-/// A container with an open half of its door on wide open ground: most rays from the ground meet nothing.
-fn container() -> Room {
-    let panel = |axis, at, low: [f64; 3], high: [f64; 3], material| Panel {
+/// A rectangle across an axis between two corners.
+pub(super) fn panel(axis: usize, at: f64, low: [f64; 3], high: [f64; 3], material: usize) -> Panel {
+    Panel {
         axis,
         at,
         corners: [DVec3::from(low), DVec3::from(high)],
         material,
-    };
+    }
+}
+
+/// A container with an open half of its door on wide open ground: most rays from the ground meet nothing.
+fn container() -> Room {
     let panels = vec![
         panel(1, 0.0, [-14.0, 0.0, -14.0], [26.0, 0.0, 17.0], 1),
         panel(1, 0.05, [0.0; 3], [6.0, 0.05, 2.4], 2),

@@ -25,6 +25,8 @@ mod mesh;
 mod mesh_chunks;
 mod mesh_curved;
 mod mesh_rooms;
+pub mod random_late;
+mod random_rooms;
 pub mod recall;
 mod recall_rooms;
 pub mod reciprocity;
