@@ -58,6 +58,11 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
+    /// A position between two values of x and of z.
+    fn place(&mut self, [left, right]: [f64; 2], y: f64, [front, back]: [f64; 2]) -> [f64; 3] {
+        [self.within(left, right), y, self.within(front, back)]
+    }
+
     /// Absorption between two values.
     fn absorption(&mut self, low: f64, high: f64) -> f32 {
         self.within(low, high) as f32
@@ -136,13 +141,7 @@ fn furnished(random: &mut Random) -> Layout {
         ];
         panels.extend(box_faces([x, 0.0, z], high, faces));
     }
-    let mut place = |y| {
-        [
-            random.within(0.5, width - 0.5),
-            y,
-            random.within(0.5, depth - 0.5),
-        ]
-    };
+    let mut place = |y| random.place([0.5, width - 0.5], y, [0.5, depth - 0.5]);
     let (source, listener) = (place(2.2), place(2.1));
     Layout {
         panels,
@@ -212,11 +211,7 @@ fn office(random: &mut Random) -> Layout {
         screen(0.0, depth * 0.42);
         screen(depth * 0.58, depth);
     }
-    let source = [
-        random.within(0.5, width * 0.2),
-        1.2,
-        random.within(0.5, depth - 0.5),
-    ];
+    let source = random.place([0.5, width * 0.2], 1.2, [0.5, depth - 0.5]);
     let listener = [
         width - random.within(0.5, width * 0.6),
         1.3,
@@ -246,17 +241,9 @@ fn roof(random: &mut Random, turn: u64) -> Layout {
             panels.push(panel(0, x, [x, 0.0, 0.0], [x, height, depth], WALL));
         }
     }
-    let source = [
-        random.within(0.5, width - 0.5),
-        1.5,
-        random.within(0.5, depth - 0.5),
-    ];
+    let source = random.place([0.5, width - 0.5], 1.5, [0.5, depth - 0.5]);
     let listener = match turn % 2 {
-        0 => [
-            random.within(0.5, width - 0.5),
-            1.6,
-            random.within(0.4, depth - 0.4),
-        ],
+        0 => random.place([0.5, width - 0.5], 1.6, [0.4, depth - 0.4]),
         _ => [random.within(0.0, width), 1.6, -random.within(1.0, 5.0)],
     };
     Layout {
@@ -287,17 +274,9 @@ fn yard(random: &mut Random, turn: u64) -> Layout {
         [gate, gate + 3.0, 2.8],
         WALL,
     ));
-    let source = [
-        random.within(0.5, width - 0.5),
-        1.5,
-        random.within(0.5, depth - 0.5),
-    ];
+    let source = random.place([0.5, width - 0.5], 1.5, [0.5, depth - 0.5]);
     let listener = match turn % 2 {
-        0 => [
-            random.within(0.5, width - 0.5),
-            1.6,
-            random.within(0.4, depth - 0.4),
-        ],
+        0 => random.place([0.5, width - 0.5], 1.6, [0.4, depth - 0.4]),
         _ => [
             width + random.within(1.0, 5.0),
             1.6,
@@ -322,11 +301,7 @@ fn balcony(random: &mut Random, turn: u64) -> Layout {
     let (x, y) = (width * random.within(0.6, 0.75), random.within(2.6, 3.5));
     panels.push(panel(1, y, [x, y, 0.0], [width, y, depth], FURNITURE));
     panels.push(panel(0, x, [x, y, 0.0], [x, y + 1.0, depth], FURNITURE));
-    let source = [
-        random.within(1.0, 4.0),
-        1.5,
-        random.within(1.0, depth - 1.0),
-    ];
+    let source = random.place([1.0, 4.0], 1.5, [1.0, depth - 1.0]);
     let above = if turn.is_multiple_of(2) { 0.0 } else { y };
     let listener = [
         width - random.within(0.7, 3.0),
@@ -374,11 +349,7 @@ fn bent_corridor(random: &mut Random) -> Layout {
         [first, height, width],
         WALL,
     ));
-    let source = [
-        random.within(0.7, first * 0.5),
-        1.5,
-        random.within(0.4, width - 0.4),
-    ];
+    let source = random.place([0.7, first * 0.5], 1.5, [0.4, width - 0.4]);
     let listener = [
         first - random.within(0.4, width - 0.4),
         1.6,
@@ -430,11 +401,7 @@ fn flat(random: &mut Random, turn: u64, materials: &mut Vec<Material>) -> Layout
             WALL,
         ));
     }
-    let here = [
-        random.within(0.6, first - 0.6),
-        1.5,
-        random.within(0.6, depth - 0.6),
-    ];
+    let here = random.place([0.6, first - 0.6], 1.5, [0.6, depth - 0.6]);
     let between = [first + corridor * 0.5, 1.5, random.within(0.6, depth - 0.6)];
     let there = [
         to + random.within(0.6, last - 0.6),
