@@ -200,7 +200,7 @@ const ROULETTE_SURVIVAL: f64 = 0.1;
 pub(super) const LATE_S: f64 = 0.08;
 
 /// Radius of the ball that particles are counted in.
-const BALL_M: f64 = 0.5;
+pub(super) const BALL_M: f64 = 0.5;
 
 /// Time steps of an echogram and their length: 60 dB and more in the room that decays most slowly.
 const STEPS: usize = 1000;

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use foresound::acoustics::Material;
 
+use super::late_particles::BALL_M;
 use super::late_rooms::{Panel, Room, box_faces, panel, plain, wall_with_door};
 
 /// Names of the kinds; numbers take turns.
@@ -76,6 +77,19 @@ struct Layout {
     listener: [f64; 3],
 }
 
+impl Layout {
+    /// Whether no surface cuts the ball at the listener in which particles are counted: it would hold what is behind the surface.
+    fn is_clear(&self) -> bool {
+        let listener = DVec3::from(self.listener);
+        let away_m = |panel: &Panel| {
+            let [mut low, mut high] = panel.corners;
+            (low[panel.axis], high[panel.axis]) = (panel.at, panel.at);
+            listener.distance(listener.clamp(low.min(high), low.max(high)))
+        };
+        self.panels.iter().all(|panel| away_m(panel) >= BALL_M)
+    }
+}
+
 /// Room number `number`, of the kind `number % 8`.
 pub(super) fn room(number: u64) -> Room {
     let random = &mut Random(number.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 77);
@@ -85,7 +99,7 @@ pub(super) fn room(number: u64) -> Room {
     let scattering = SCATTERING[(random.unit() * 5.0) as usize % 5];
     let material =
         |name, absorption, times: f64| plain(name, absorption, (scattering * times) as f32, None);
-    let mut materials = vec![
+    let common = [
         material("wall", random.absorption(0.03, 0.15), 1.0),
         material("floor", random.absorption(0.03, 0.3), 1.0),
         material("ceiling", random.absorption(0.05, 0.8), 1.0),
@@ -93,20 +107,27 @@ pub(super) fn room(number: u64) -> Room {
     ];
     let kind = (number % 8) as usize;
     let turn = number / 8;
+    let (layout, materials) = loop {
+        let mut materials = common.to_vec();
+        let layout = match kind {
+            0 => furnished(random),
+            1 => two_rooms(random, turn, &mut materials),
+            2 => office(random),
+            3 => roof(random, turn),
+            4 => yard(random, turn),
+            5 => balcony(random, turn),
+            6 => bent_corridor(random),
+            _ => flat(random, turn, &mut materials),
+        };
+        if layout.is_clear() {
+            break (layout, materials);
+        }
+    };
     let Layout {
         panels,
         source,
         listener,
-    } = match kind {
-        0 => furnished(random),
-        1 => two_rooms(random, turn, &mut materials),
-        2 => office(random),
-        3 => roof(random, turn),
-        4 => yard(random, turn),
-        5 => balcony(random, turn),
-        6 => bent_corridor(random),
-        _ => flat(random, turn, &mut materials),
-    };
+    } = layout;
     Room {
         name: KINDS[kind],
         panels,
