@@ -5,6 +5,7 @@
 
 pub mod aabb;
 pub mod aabb_tree;
+pub(crate) mod angle;
 pub mod bvh;
 mod intersect;
 pub mod ray;

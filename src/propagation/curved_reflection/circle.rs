@@ -8,6 +8,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec2;
 
+use crate::geometry::angle::unit_vector;
 use crate::simd::{LaneSet, kernel};
 
 /// Positions around the circle between which the slope's sign is compared: two stationary paths closer than this are missed,
@@ -58,8 +59,8 @@ pub(super) struct Directions([Vectors<LANES>; BATCHES]);
 impl Directions {
     pub(super) fn new() -> Self {
         // Each position is the one before, turned by a step.
-        let mut outward = DVec2::from_angle(STEP * FIRST);
-        let turn = DVec2::from_angle(STEP);
+        let mut outward = unit_vector(STEP * FIRST);
+        let turn = unit_vector(STEP);
         let mut batches = [[[0.0; LANES]; 2]; BATCHES];
         for [x, y] in &mut batches {
             for l in 0..LANES {
@@ -100,7 +101,7 @@ impl Circle {
         for (index, pair) in slopes.windows(2).enumerate() {
             if changes_sign(pair[0], pair[1]) {
                 let ends = [(angle(index), pair[0]), (angle(index + 1), pair[1])];
-                let root = root(|at| self.slope_at(DVec2::from_angle(at)), ends);
+                let root = root(|at| self.slope_at(unit_vector(at)), ends);
                 if let Some(root) = self.near(root) {
                     found(root);
                 }
@@ -125,9 +126,9 @@ impl Circle {
     /// The stationary path near an angle, by Newton's method; none where it does not converge, such as where the direction to
     /// an end point on the circle jumps.
     pub(super) fn near(&self, mut angle: f64) -> Option<f64> {
-        let aside = DVec2::from_angle(APART);
+        let aside = unit_vector(APART);
         for _ in 0..NEWTON_STEPS {
-            let outward = DVec2::from_angle(angle);
+            let outward = unit_vector(angle);
             let [before, after] =
                 [DVec2::new(aside.x, -aside.y), aside].map(|turn| turn.rotate(outward));
             let rise = (self.slope_at(after) - self.slope_at(before)) / (2.0 * APART);
@@ -140,7 +141,7 @@ impl Circle {
                 break;
             }
         }
-        (self.slope_at(DVec2::from_angle(angle)).abs() < 1e-9).then_some(angle)
+        (self.slope_at(unit_vector(angle)).abs() < 1e-9).then_some(angle)
     }
 
     fn slope_at(&self, outward: DVec2) -> f64 {

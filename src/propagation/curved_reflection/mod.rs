@@ -21,6 +21,7 @@ use glam::{DVec2, DVec3};
 use crate::acoustics::bands::{CENTRES_HZ, exp_neg};
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
+use crate::geometry::angle::{atan2, unit_vector};
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::amplitude::apply_directivity;
 use crate::propagation::endpoints::Endpoints;
@@ -245,7 +246,7 @@ impl Query<'_> {
             is_twice: self.is_twice(),
         };
         let mut at_angle = |angle: f64| {
-            let outward = DVec2::from_angle(angle);
+            let outward = unit_vector(angle);
             let first = outward * shape.radius_m;
             let last = if circle.is_twice {
                 circle.second(outward)
@@ -283,7 +284,7 @@ impl Query<'_> {
             }
         };
         circle
-            .near(guess.to_angle())
+            .near(atan2(guess.y, guess.x))
             .into_iter()
             .for_each(&mut at_angle);
     }
@@ -308,7 +309,7 @@ impl Query<'_> {
                 if cosine > -1.0 { cosine.acos() } else { PI }
             }
         };
-        Some([towards.to_angle(), half])
+        Some([atan2(towards.y, towards.x), half])
     }
 
     /// Stationary points, unfolded at the plane between them, as reflections if they lie on the surface and on those of the

@@ -11,6 +11,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::acoustics::{BANDS, BandArray};
+use crate::geometry::angle::{atan2, sin_cos};
 use crate::scene::surface::curved::{CurvedShape, CurvedSurface};
 
 /// Displacement for the higher derivatives of the length, relative to the shortest of radius and both lengths.
@@ -62,7 +63,7 @@ impl CurvedPoint<'_> {
         let h22 = spherical + 2.0 * cosine * curved(b, b);
         let (mean, half) = (0.5 * (h11 + h22), 0.5 * (h11 - h22));
         let apart = half.hypot(h12);
-        let (sin, cos) = (0.5 * h12.atan2(half)).sin_cos();
+        let (sin, cos) = sin_cos(0.5 * atan2(h12, half));
         let principal = [
             (mean + apart, cos * a + sin * b),
             (mean - apart, cos * b - sin * a),
@@ -111,7 +112,7 @@ fn displaced(shape: &CurvedShape, point: DVec3, direction: DVec3, by_m: f64) -> 
         .axis
         .map_or(DVec3::ZERO, |axis| direction.dot(axis) * axis);
     let around = direction - along;
-    let (sin, cos) = (around.length() * by_m / shape.radius_m).sin_cos();
+    let (sin, cos) = sin_cos(around.length() * by_m / shape.radius_m);
     base + along * by_m + radial * cos + around.normalize_or_zero() * (sin * shape.radius_m)
 }
 

@@ -12,6 +12,7 @@ use glam::{DVec2, DVec3};
 use super::circle::Circle;
 use super::spreading::active_bound;
 use crate::acoustics::{BANDS, BandArray};
+use crate::geometry::angle::{atan2, unit_vector};
 use crate::scene::surface::curved::CurvedSurface;
 
 /// Displacement for the higher derivatives of the length, relative to the shortest of radius and legs.
@@ -135,7 +136,7 @@ impl Lengths {
         };
         let normal = shape.axis.or_else(aside);
         let y = normal.unwrap_or(x.any_orthonormal_vector()).cross(x);
-        let angle = |radial: DVec3| radial.dot(y).atan2(radial.dot(x));
+        let angle = |radial: DVec3| atan2(radial.dot(y), radial.dot(x));
         let source = angle(from);
         Self {
             radius_m: shape.radius_m,
@@ -154,7 +155,8 @@ impl Lengths {
     /// The last reflection moved across the plane by an angle.
     fn aside(&self, by: f64) -> Option<f64> {
         // Of right-angled spherical triangles.
-        let moved = |angle: f64| (angle.cos() * by.cos()).clamp(-1.0, 1.0).acos();
+        let by = unit_vector(by).x;
+        let moved = |angle: f64| (unit_vector(angle).x * by).clamp(-1.0, 1.0).acos();
         self.length_m(
             moved(self.source).copysign(self.source),
             moved(self.listener),
@@ -162,7 +164,7 @@ impl Lengths {
     }
 
     fn length_m(&self, source: f64, listener: f64) -> Option<f64> {
-        let last = self.radius_m * DVec2::from_angle(source);
+        let last = self.radius_m * unit_vector(source);
         let circle = Circle {
             radius_m: self.radius_m,
             from: DVec2::new(self.centre_m[0], 0.0),
@@ -170,8 +172,8 @@ impl Lengths {
             is_twice: false,
         };
         let first = circle.near(self.first + source - self.source)?;
-        let first = self.radius_m * DVec2::from_angle(first);
-        let to = self.centre_m[1] * DVec2::from_angle(source + listener);
+        let first = self.radius_m * unit_vector(first);
+        let to = self.centre_m[1] * unit_vector(source + listener);
         Some(circle.from.distance(first) + first.distance(last) + last.distance(to))
     }
 }

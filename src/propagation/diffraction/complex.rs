@@ -6,6 +6,7 @@
 use std::ops::{Add, AddAssign, Div, Mul, Sub};
 
 use crate::acoustics::BANDS;
+use crate::geometry::angle::{atan2, sin_cos};
 
 /// A complex number. Time runs as e^(+jωt): a wave that travels r has the phase e^(−jkr).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -33,7 +34,7 @@ impl Complex {
 
     /// e^(jφ), φ in radians.
     pub fn cis(phase: f64) -> Self {
-        let (im, re) = phase.sin_cos();
+        let (im, re) = sin_cos(phase);
         Self { re, im }
     }
 
@@ -59,7 +60,7 @@ impl Complex {
     /// Principal value of a real power; the base must not be zero.
     pub fn powf(self, exponent: f64) -> Self {
         let size = (self.re * self.re + self.im * self.im).powf(0.5 * exponent);
-        Self::cis(self.im.atan2(self.re) * exponent) * size
+        Self::cis(atan2(self.im, self.re) * exponent) * size
     }
 }
 

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use crate::geometry::angle::sin_cos;
 use crate::propagation::diffraction::complex::Complex;
 use crate::scene::edges::{Edge, EdgeCrossing};
 use crate::simd::elementary::sine_cosine;
@@ -146,7 +147,7 @@ impl WedgeAngles {
     /// `distance_m` is [`Spread::distance_m`].
     pub fn transition_argument(&self, wavenumber: f64, distance_m: f64) -> f64 {
         let beta = self.outgoing - self.incoming;
-        let sine_squared = |beta| (0.5 * self.deviation(beta)).sin().powi(2);
+        let sine_squared = |beta| sin_cos(0.5 * self.deviation(beta)).0.powi(2);
         2.0 * wavenumber * distance_m * sine_squared(beta).min(sine_squared(-beta))
     }
 

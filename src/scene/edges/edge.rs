@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use crate::acoustics::smoothstep;
 use crate::binary::stored;
+use crate::geometry::angle::{atan2, sin_cos};
 use crate::geometry::bvh::NO_GROUP;
 
 /// Shortest edge in metres, times [`Edge::length_scale`]: shorter ones cast no shadow below 1 kHz.
@@ -188,7 +189,7 @@ impl Edge {
         if x.abs().max(y.abs()) <= ON_EDGE_M && x.hypot(y) <= ON_EDGE_M {
             return None;
         }
-        let angle = y.atan2(x);
+        let angle = atan2(y, x);
         let angle = if angle < -ON_FACE {
             angle + 2.0 * PI
         } else {
@@ -294,7 +295,7 @@ impl Edge {
         match face {
             0 => self.tangent,
             _ => {
-                let (sin, cos) = (self.n * PI).sin_cos();
+                let (sin, cos) = sin_cos(self.n * PI);
                 self.tangent * cos + self.normal * sin
             }
         }
@@ -310,7 +311,7 @@ impl Edge {
 
     /// Unit vector from the edge along the bisector of the exterior wedge.
     pub fn outward(&self) -> DVec3 {
-        let (sin, cos) = (0.5 * self.n * PI).sin_cos();
+        let (sin, cos) = sin_cos(0.5 * self.n * PI);
         self.tangent * cos + self.normal * sin
     }
 }
