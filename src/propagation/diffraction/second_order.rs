@@ -172,14 +172,15 @@ impl Search<'_> {
             let edge = &scene.edge(found.edge);
             let (is_first, is_second) = (edge.is_outside(from), edge.is_outside(to));
             for neighbour in scene.edge_neighbours(found.edge) {
-                let other = &scene.edge(neighbour);
-                let alone = nearest_point(other, from, to);
+                // Most are too long, and their edges are not copied.
+                let alone = scene.part_of_edge(neighbour, |other| nearest_point(other, from, to));
                 let alone_m = from.distance(alone) + alone.distance(to);
+                if alone_m >= most_m || alone_m > last_m(&shortest) {
+                    continue;
+                }
+                let other = &scene.edge(neighbour);
                 let [pair, reverse] = [[found.edge, neighbour], [neighbour, found.edge]];
-                if alone_m >= most_m
-                    || alone_m > last_m(&shortest)
-                    || is_in_direct_field(self.direct, pair, [edge, other])
-                {
+                if is_in_direct_field(self.direct, pair, [edge, other]) {
                     continue;
                 }
                 let is_new = |pair| !known.as_slice().contains(&pair);

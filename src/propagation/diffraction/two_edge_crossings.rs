@@ -13,8 +13,9 @@ const CONVERGED_M: f64 = 1e-6;
 /// Halvings of a Newton step that lengthens the path.
 const MAX_HALVINGS: usize = 6;
 
-/// Bisections where Newton's method fails: to a part in 10¹² of an edge.
-const BISECTIONS: usize = 40;
+/// Steps where Newton's method fails, and the width in metres at which an interval has converged.
+const MAX_INTERVAL_STEPS: usize = 60;
+const NARROW_M: f64 = 1e-9;
 
 /// Smallest slope of a length distinguishable from zero.
 const MIN_SLOPE: f64 = 1e-6;
@@ -203,17 +204,35 @@ pub(super) fn newton(
     Crossings::NotConverged
 }
 
-/// The same within the first edge by bisection.
-pub(super) fn bisect(lines: [&Edge; 2], from: DVec3, to: DVec3) -> [DVec3; 2] {
+/// The same within the first edge, by secants and bisections in turn: where the slope jumps, at a cusp, secants alone are slow.
+pub(super) fn within_first_edge(lines: [&Edge; 2], from: DVec3, to: DVec3) -> [DVec3; 2] {
     let a = lines[0];
-    let (mut low_m, mut high_m) = (0.0, a.length_m);
-    for _ in 0..BISECTIONS {
-        let middle_m = 0.5 * (low_m + high_m);
-        match slope_at(lines, a.at(middle_m), from, to).0 > 0.0 {
-            true => high_m = middle_m,
-            false => low_m = middle_m,
+    let slope = |first_m: f64| slope_at(lines, a.at(first_m), from, to).0;
+    // The slope rises along the edge.
+    let [mut low, mut high] = [0.0, a.length_m].map(|first_m| (first_m, slope(first_m)));
+    if low.1 >= 0.0 {
+        high = low;
+    } else if high.1 <= 0.0 {
+        low = high;
+    }
+    for step in 0..MAX_INTERVAL_STEPS {
+        let width_m = high.0 - low.0;
+        if width_m < NARROW_M {
+            break;
+        }
+        let share = match step % 2 {
+            0 => (low.1 / (low.1 - high.1)).clamp(0.0, 1.0),
+            _ => 0.5,
+        };
+        // Beyond the secant's zero on the longer side, so that the other end moves as well.
+        let aside_m = 0.25 * NARROW_M * if share < 0.5 { 1.0 } else { -1.0 };
+        let first_m = low.0 + share * width_m + aside_m;
+        let middle = (first_m, slope(first_m));
+        match middle.1 > 0.0 {
+            true => high = middle,
+            false => low = middle,
         }
     }
-    let first = a.at(0.5 * (low_m + high_m));
+    let first = a.at(0.5 * (low.0 + high.0));
     [first, slope_at(lines, first, from, to).1]
 }

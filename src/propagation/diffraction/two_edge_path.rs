@@ -13,7 +13,8 @@ use crate::propagation::diffraction::edge_ends::{IN_FACE, NARROW_M, OwnEnd, PARA
 use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
 use crate::propagation::diffraction::ranked_list::insert_ranked;
 use crate::propagation::diffraction::two_edge_crossings::{
-    Crossings, bisect, first_guess, least_length_m, minimum_lies_beyond_end, newton, passes_corner,
+    Crossings, first_guess, least_length_m, minimum_lies_beyond_end, newton, passes_corner,
+    within_first_edge,
 };
 use crate::propagation::diffraction::wedge_geometry::{Spread, WedgeAngles, is_on_face};
 use crate::propagation::diffraction::{MAX_DETOUR_M, fade_out};
@@ -93,7 +94,7 @@ impl TwoEdgePath {
         let [first, second] = match newton([a, b], guess_m, most_m, from, to) {
             Crossings::Found(crossings) => crossings,
             Crossings::TooLong => return None,
-            Crossings::NotConverged => bisect([a, b], from, to),
+            Crossings::NotConverged => within_first_edge([a, b], from, to),
         };
         let leg_m = first.distance(second);
         let shortest_m = from.distance(first) + leg_m + second.distance(to);

@@ -52,6 +52,7 @@ pub(crate) struct HalfField {
 }
 
 /// [`wedge_field`] by halves of the bands.
+#[inline]
 pub(crate) fn wedge_waves(angles: &WedgeAngles, spread: &Spread, kl: &[f64; BANDS]) -> WedgeWaves {
     let scale = -angles.grazing_factor() / (2.0 * angles.n);
     let boundaries = angles.boundaries();

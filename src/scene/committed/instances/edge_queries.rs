@@ -39,7 +39,7 @@ impl Scene {
 
     /// A part of an edge, without a copy of the rest.
     #[inline]
-    fn part_of_edge<T>(&self, index: u32, part: impl Fn(&Edge) -> T) -> T {
+    pub(crate) fn part_of_edge<T>(&self, index: u32, part: impl Fn(&Edge) -> T) -> T {
         let has_instances = numbering::is_instance(index) || self.instances.fixed.is_some();
         match self.edges().as_slice().get(index as usize) {
             Some(edge) if !has_instances => part(edge),
