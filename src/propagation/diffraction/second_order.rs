@@ -172,7 +172,7 @@ impl Search<'_> {
             let edge = &scene.edge(found.edge);
             let (is_first, is_second) = (edge.is_outside(from), edge.is_outside(to));
             for neighbour in scene.edge_neighbours(found.edge) {
-                // Most are too long, and their edges are not copied.
+                // Edges of paths that are too long are not copied.
                 let alone = scene.part_of_edge(neighbour, |other| nearest_point(other, from, to));
                 let alone_m = from.distance(alone) + alone.distance(to);
                 if alone_m >= most_m || alone_m > last_m(&shortest) {

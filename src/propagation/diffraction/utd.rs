@@ -51,7 +51,7 @@ pub(crate) struct HalfField {
     pub(crate) is_uniform: bool,
 }
 
-/// [`wedge_field`] by halves of the bands.
+/// [`wedge_field`] by halves of the bands. Inlined, since the result is large to copy.
 #[inline]
 pub(crate) fn wedge_waves(angles: &WedgeAngles, spread: &Spread, kl: &[f64; BANDS]) -> WedgeWaves {
     let scale = -angles.grazing_factor() / (2.0 * angles.n);

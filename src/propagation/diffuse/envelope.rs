@@ -54,7 +54,7 @@ const MIN_SPANS: usize = 6;
 const FIT_RANGE: f32 = 3.2e-5;
 
 /// Rounds of the fit: more follow noise, fewer miss slow starts. Each multiplies by the power 3/2 of what a plain one does, so they go as
-/// far as 120 of those; the power 2 would not converge.
+/// far as 120 of those.
 const ROUNDS: usize = 80;
 
 /// Share of a group at the start of the fit relative to the next faster one. In a corridor, whose decay is no exponential, the
